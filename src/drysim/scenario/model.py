@@ -68,6 +68,7 @@ from drysim.scenario.reading import (
     get_block,
     law_faults,
     members_by_tag,
+    numeric_keys,
     validation_faults,
 )
 from drysim.scenario.sampling import SampledValues
@@ -99,6 +100,9 @@ LIMIT_KEYS = ("stroke.limit", *SIDE_KEYS)
 
 STATIC_RATIO: KeyPath = ("friction", "static_ratio")
 """Key of the ratio of the friction forces, which may be an interval."""
+
+EQUATION_BLOCKS = ("oscillator", "friction", "excitation")
+"""Blocks of a scenario whose numbers are coefficients of the equation of motion."""
 
 CLOSED_FORM_LAWS = tuple(name for name, law in LAWS.items() if law.closed_form)
 """Friction laws that go with end stops and with damping by direction."""
@@ -273,8 +277,22 @@ class Scenario(FromFile):
             return _make_case(self, point)
         except InvalidValue as error:
             problem = _locate(self, point, error)
-        name = self.origin["file"] or self.name
-        raise ScenarioError(f"{name}: 1 error", (problem,))
+        raise self._error(problem)
+
+    def error(self, sentence: str, key: str | KeyPath) -> ScenarioError:
+        """Return the error for a key whose value only the complete case shows to be invalid."""
+        return self._error(self.problem(sentence, key))
+
+    def _error(self, problem: Problem) -> ScenarioError:
+        return ScenarioError(f"{self.origin['file'] or self.name}: 1 error", (problem,))
+
+    def values_of(self, keys: Iterable[str]) -> dict[str, float]:
+        """Return the values of keys in SI, without those that have none."""
+        entries = numeric_keys(type(self), self.resolved())
+        values = {
+            key: entry.here(key) for key in keys if (entry := entries.get(key)) is not None
+        }
+        return {key: value for key, value in values.items() if value is not None}
 
     def with_values(self, point: Point) -> "Scenario":
         """Return the scenario with other values, as `at` does, but without validation.

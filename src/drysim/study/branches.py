@@ -42,14 +42,11 @@ from drysim.orbits.continuation import (
     Repetition,
 )
 from drysim.scenario.axes import Axis
-from drysim.scenario.model import Scenario, scene_period
+from drysim.scenario.model import EQUATION_BLOCKS, Scenario, scene_period
 from drysim.study.case import (
-    EQUATION_BLOCKS,
     Case,
     assemble,
     base_motion,
-    case_error,
-    own_values,
     prepare,
     refuse_direction,
     require_scenario,
@@ -327,13 +324,13 @@ def prepare_branches(scenario: Scenario) -> Case:
             f"branches needs base motion that is a sine (`kind: harmonic`), not "
             f"{scenario.excitation.kind}: only periodic motions have branches"
         )
-        raise case_error(scenario, sentence, ("excitation", "kind"))
+        raise scenario.error(sentence, ("excitation", "kind"))
     if axis.group:
         sentence = "branches follows a single key: values that vary together have no branches"
-        raise case_error(scenario, sentence, axis.location or ("sweep",))
+        raise scenario.error(sentence, axis.location or ("sweep",))
     if axis.key == "excitation.phase":
         sentence = "a phase only shifts the time: follow another key"
-        raise case_error(scenario, sentence, ("sweep", axis.key))
+        raise scenario.error(sentence, ("sweep", axis.key))
     numbers = [value for value in axis.values if isinstance(value, int | float)]
     # A limit of the stroke moves the motion where there are end stops only.
     models = (*EQUATION_BLOCKS, *["stroke"] * (scenario.stops is not None))
@@ -342,11 +339,11 @@ def prepare_branches(scenario: Scenario) -> Case:
             f"branches follows the first key of the sweep, {axis.key}, which must be a range "
             "of numbers of oscillator, friction or excitation"
         )
-        raise case_error(scenario, sentence, ("sweep", axis.key))
+        raise scenario.error(sentence, ("sweep", axis.key))
     alone = scenario.copy_with({"sweep": (axis,), "reference": None, "checks": ()})
     if refused := refusal(alone):
         sentence, keys = refused
-        raise case_error(scenario, sentence, keys or ("sweep", axis.key))
+        raise scenario.error(sentence, keys or ("sweep", axis.key))
     case = prepare(alone)
     # The start and the reference of the scenario do not matter.
     return replace(case, warnings=tuple(further_keys_warnings(scenario)))
@@ -357,7 +354,7 @@ def further_keys_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     first, *others = scenario.sweep
     if not others:
         return
-    own = own_values(scenario, [axis.key for axis in others])
+    own = scenario.values_of([axis.key for axis in others])
     kept = [
         f"{axis.key} at {format_number(own[axis.key], format_unit(axis.unit))}"
         if axis.key in own
@@ -499,7 +496,7 @@ class Study:
         continuation = Continuation(
             self.return_map, self.is_symmetric, self.limits, self.max_branch_points
         )
-        own = own_values(self.scenario, [self.axis.key]).get(self.axis.key)
+        own = self.scenario.values_of([self.axis.key]).get(self.axis.key)
         if own is not None and not self.range.low <= own <= self.range.high:
             own = None
         shares = np.linspace(0.0, 1.0, self.seed_values)

@@ -18,7 +18,7 @@ Hashes
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -57,7 +57,6 @@ from drysim.messages import shorten
 from drysim.metrics.table import FIT_METRICS
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, SWEEP_KEY, chain_length
 from drysim.scenario.model import STATIC_RATIO, Scenario, scene_period
-from drysim.scenario.reading import numeric_keys
 from drysim.scenario.warnings import extreme_cases, scenario_warnings
 from drysim.study import statistics
 from drysim.study.ring_down import cut_warnings, rest_steps
@@ -192,11 +191,11 @@ def prepare(
             f"{missing[0]} has no value, as it is free in `fit`; use `drysim fit`, and then "
             "the fitted.yaml that it writes"
         )
-        raise case_error(scenario, sentence, ("fit", "free", missing[0]))
+        raise scenario.error(sentence, ("fit", "free", missing[0]))
     for i, check in enumerate(scenario.checks):
         if check.metric in FIT_NAMES:
             sentence = f"{check.metric} is known to `drysim fit` only; remove the check"
-            raise case_error(scenario, sentence, ("checks", i))
+            raise scenario.error(sentence, ("checks", i))
     if not interval or statistics.max_seeds(scenario) > 1:
         refuse_interval(scenario)
     try:
@@ -207,7 +206,7 @@ def prepare(
     if shortage := shortage_message(
         f"{seeds:.4g} seeds", float(seeds) * BYTES_PER_SEED, "use fewer"
     ):
-        raise case_error(scenario, f"excitation.seeds: {shortage}", "excitation.seeds")
+        raise scenario.error(f"excitation.seeds: {shortage}", "excitation.seeds")
     motion = base_motion(scenario)
     law = scenario.law()
     force = law.force_record.warnings if law.force_record else ()
@@ -263,14 +262,14 @@ def refuse_direction(scenario: Scenario, command: str) -> None:
             f"sweep.{DIRECTION_KEY} does not apply to `{command}`, which starts each case from "
             f"`start`; add --set sweep.{DIRECTION_KEY}=null"
         )
-        raise case_error(scenario, sentence, (SWEEP_KEY, DIRECTION_KEY))
+        raise scenario.error(sentence, (SWEEP_KEY, DIRECTION_KEY))
 
 
 def refuse_interval(scenario: Scenario) -> None:
     """Raise a ScenarioError if the static ratio is an interval."""
     if scenario.static_interval:
         sentence = "an interval is for `drysim run` and `sweep` with one seed; give one value"
-        raise case_error(scenario, f"friction.static_ratio: {sentence}", STATIC_RATIO)
+        raise scenario.error(f"friction.static_ratio: {sentence}", STATIC_RATIO)
 
 
 def swept_files(scenario: Scenario) -> Sequence[str]:
@@ -308,7 +307,7 @@ def read_swept(
         if not one.excitation.path.exists():
             keys = (*files_location(scenario), i)
             sentence = f"{'.'.join(map(str, keys))}: {problem}"
-            raise case_error(scenario, sentence, keys) from None
+            raise scenario.error(sentence, keys) from None
         if i == 0 or problem.line > header:  # a sample, not the columns
             raise
         sentence = (
@@ -362,30 +361,12 @@ def check_effort(case: Case) -> None:
     weighted = bool(measure.weights or measure.spectra)
     if shortage := memory_shortage(case.steps, weighted, is_streamed(case)):
         sentence = f"solver.step and measure.duration: {shortage}"
-        raise case_error(case.scenario, sentence, "measure.duration")
+        raise case.scenario.error(sentence, "measure.duration")
     points = case.steps * case.approach.substeps(case.plant, case.law, case.step)
     if shortage := memory_shortage(points, weighted, is_streamed(case)):
         key = f"solver.{case.approach.approach}"
-        raise case_error(case.scenario, f"{key} subdivides each step: {shortage}", key)
+        raise case.scenario.error(f"{key} subdivides each step: {shortage}", key)
     check_work(case)
-
-
-EQUATION_BLOCKS = ("oscillator", "friction", "excitation")
-"""Blocks of a scenario whose numbers are coefficients of the equation of motion."""
-
-
-def own_values(scenario: Scenario, keys: Iterable[str]) -> dict[str, float]:
-    """Return the values of keys in a scenario itself, in SI; without those that have none."""
-    known = numeric_keys(type(scenario), scenario.resolved())
-    values = {key: entry.here(key) for key in keys if (entry := known.get(key)) is not None}
-    return {key: value for key, value in values.items() if value is not None}
-
-
-def case_error(scenario: Scenario, sentence: str, key: str | KeyPath) -> ScenarioError:
-    """Return the error for a key whose value only the complete case shows to be invalid."""
-    problem = scenario.problem(sentence, key)
-    name = scenario.origin["file"] or scenario.name
-    return ScenarioError(f"{name}: 1 error", (problem,))
 
 
 LENGTH_TOLERANCE = 1e-9
@@ -410,7 +391,7 @@ def base_motion(scenario: Scenario) -> Sines | Samples:
     steps = span / step if step and span and isinstance(excitation, GeneratedMotion) else 0
     if shortage := memory_shortage(round(steps)):
         sentence = f"solver.step and {block}.duration: {shortage}"
-        raise case_error(scenario, sentence, f"{block}.duration")
+        raise scenario.error(sentence, f"{block}.duration")
     return excitation.motion(step, end)
 
 
@@ -431,7 +412,7 @@ def window(scenario: Scenario, motion: Sines | Samples) -> tuple[float, float]:
     if settle >= last or end > last * (1.0 + LENGTH_TOLERANCE):
         key = "measure.settle" if settle >= last else "measure.duration"
         sentence = f"{key} exceeds the end of the excitation at {format_number(last, 's')}"
-        raise case_error(scenario, sentence, key)
+        raise scenario.error(sentence, key)
     return settle, min(end, last)
 
 
@@ -445,7 +426,7 @@ def check_normal_record(case: Case) -> None:
         f"end of the run at {format_number(case.window[1], 's')}; use a longer record or a "
         "shorter measure.duration"
     )
-    raise case_error(case.scenario, sentence, "friction.normal_record")
+    raise case.scenario.error(sentence, "friction.normal_record")
 
 
 def rest_within_normal_record(case: Case, rest: int) -> int:
@@ -466,7 +447,7 @@ def check_spectra(case: Case) -> None:
     if not isinstance(case.motion, Samples):
         kind = scenario.excitation.kind
         sentence = f"does not apply to {kind}: spectra need random base motion or a record"
-        raise case_error(scenario, f"{key} {sentence}", key)
+        raise scenario.error(f"{key} {sentence}", key)
     segment, length = segment_length(case), case.window[1] - case.window[0]
     minimum = MIN_SEGMENT_STEPS * case.step
     if segment < minimum * (1 - LENGTH_TOLERANCE):
@@ -475,10 +456,10 @@ def check_spectra(case: Case) -> None:
             f"{key} needs segments of at least {format_number(minimum, 's')}, "
             f"{MIN_SEGMENT_STEPS} steps, not {format_number(segment, 's')}"
         )
-        raise case_error(scenario, sentence, key)
+        raise scenario.error(sentence, key)
     if segment > length * (1 + LENGTH_TOLERANCE):
         sentence = f"is longer than the window of {format_number(length, 's')}"
-        raise case_error(scenario, f"measure.segment {sentence}", "measure.segment")
+        raise scenario.error(f"measure.segment {sentence}", "measure.segment")
 
 
 BANDWIDTHS_PER_RESONANCE = 3
@@ -692,7 +673,7 @@ def check_work(case: Case) -> None:
         f"{most.describe(min(most.minimum, most.radians))}, up to {hours} of work; "
         "check the units, or use a shorter duration"
     )
-    raise case_error(case.scenario, sentence, most.key)
+    raise case.scenario.error(sentence, most.key)
 
 
 def effort_warnings(case: Case) -> Iterator[WarningMessage]:

@@ -31,7 +31,7 @@ from drysim.scenario.axes import Axis, KeyRange, iter_points
 from drysim.scenario.design import DESIGN_KEY, MEAN, Design
 from drysim.scenario.model import Scenario, asks_for
 from drysim.scenario.reading import LAWS, numeric_keys
-from drysim.study.case import FIT_NAMES, Case, case_error, prepare, require_scenario
+from drysim.study.case import FIT_NAMES, Case, prepare, require_scenario
 from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import CaseRanges, Plan
 from drysim.study.run import MotionCache, unused_spectra_warnings
@@ -413,13 +413,13 @@ def prepare_design(scenario: Scenario) -> Case:
     found = scenario.design
     if found is None:
         sentence = "design is required: the keys to vary, and the metric to minimise"
-        raise case_error(scenario, sentence, DESIGN_KEY)
+        raise scenario.error(sentence, DESIGN_KEY)
     if until := stopping_rule(scenario):
         sentence = (
             "excitation.until is not supported by design, which takes the same seeds for every "
             f"design; remove it and set excitation.seeds, not {until.metric}"
         )
-        raise case_error(scenario, sentence, ("excitation", "until"))
+        raise scenario.error(sentence, ("excitation", "until"))
     for i, name in enumerate(found.minimise):
         at = ("minimise",) if len(found.minimise) == 1 else ("minimise", i)
         check_metric(scenario, name, (DESIGN_KEY, *at))
@@ -460,15 +460,15 @@ def check_limits(scenario: Scenario) -> None:
         where = ".".join(map(str, keys))
         if limit.conditions:
             sentence = f"{where} has a condition, but limits hold for every design"
-            raise case_error(scenario, f"{sentence}; give design.within", keys)
+            raise scenario.error(f"{sentence}; give design.within", keys)
         check_metric(scenario, limit.metric, keys)
         if limit.constant_result is False:
             sentence = f"{where}: no design can keep `{limit}`; change or remove it"
-            raise case_error(scenario, sentence, keys)
+            raise scenario.error(sentence, keys)
         for one in known:
             if one.metric == limit.metric and one.contradicts(limit):
                 sentence = f"{where}: no design can keep both `{one}` and `{limit}`"
-                raise case_error(scenario, f"{sentence}; change or remove one of them", keys)
+                raise scenario.error(f"{sentence}; change or remove one of them", keys)
         known.append(limit)
 
 
@@ -476,11 +476,11 @@ def check_metric(scenario: Scenario, name: str, keys: tuple[str | int, ...]) -> 
     """Raise a ScenarioError for a metric that the scenario does not have."""
     where = ".".join(map(str, keys))
     if name in FIT_NAMES:
-        raise case_error(scenario, f"{where}: {name} is known to `drysim fit` only", keys)
+        raise scenario.error(f"{where}: {name} is known to `drysim fit` only", keys)
     for need in METRICS_BY_NAME[name].needs:
         if not asks_for(scenario, need):
             sentence = f"{where}: {name} is not available without {need.name}"
-            raise case_error(scenario, f"{sentence}; give {' or '.join(need.keys)}", keys)
+            raise scenario.error(f"{sentence}; give {' or '.join(need.keys)}", keys)
 
 
 def design_of(scenario: Scenario) -> Design:

@@ -42,7 +42,6 @@ from drysim.study.case import (
     Case,
     assemble,
     base_motion,
-    case_error,
     memory_shortage,
     shortage_message,
 )
@@ -670,7 +669,7 @@ class FitModel:
             f"{key} needs a start, as no closed form gives one: a value in the file, `start`, "
             "or `from` and `to`"
         )
-        raise case_error(self.scenario, sentence, ("fit", "free", key))
+        raise self.scenario.error(sentence, ("fit", "free", key))
 
     def _first_state(self, known: Mapping[str, float]) -> State:
         """Return the first relative motion: as measured, or what balances the first force."""
@@ -726,27 +725,27 @@ def build_model(scenario: Scenario) -> FitModel:
         keys = (
             ("fit", "measured", "delay") if fit.measured.delay else ("fit", "free", DELAY_KEY)
         )
-        raise case_error(scenario, sentence, keys)
+        raise scenario.error(sentence, keys)
     motion = imposed_motion(fit) if fit.measured.is_rig else base_motion(scenario)
     if isinstance(motion, Samples) and not (fit.measured.is_rig or np.any(motion.u_dd[:])):
         sentence = (
             "the base record is 0 in every sample: no motion was recorded; for a free decay "
             "write `excitation: {kind: rest}`"
         )
-        raise case_error(scenario, sentence, "excitation")
+        raise scenario.error(sentence, "excitation")
     measurement = read_measurement(scenario, fit, motion)
     count = len(measurement.t)
     if shortage := shortage_message(
         f"{count} measured samples", count * BYTES_PER_SAMPLE, "use a shorter `window`"
     ):
-        raise case_error(scenario, f"fit.measured: {shortage}", "fit.measured")
+        raise scenario.error(f"fit.measured: {shortage}", "fit.measured")
 
     if not isinstance(scenario.solver.member(), StickSlip):
         sentence = f"a fit is by the exact motion, not by approach {scenario.solver.approach}"
-        raise case_error(scenario, f"{sentence}; choose stick-slip", "solver.approach")
+        raise scenario.error(f"{sentence}; choose stick-slip", "solver.approach")
     if max_seeds(scenario) > 1:
         sentence = "excitation.seeds: a measured response belongs to one base motion"
-        raise case_error(scenario, sentence, "excitation.seeds")
+        raise scenario.error(sentence, "excitation.seeds")
     fitted_end(scenario, measurement)  # raises if too little is left to fit
     for law in fit.laws:
         model_of_law(scenario, motion, measurement, law)  # raises what the law lacks
@@ -788,7 +787,7 @@ def model_of_law(
         parameters.append(FreeParameter(key, found.header, low, high, start))
     if not parameters:
         sentence = f"none of its keys is one {f'of law {law}' if law else 'of the scenario'}"
-        raise case_error(scenario, f"fit.free: {sentence}", "fit.free")
+        raise scenario.error(f"fit.free: {sentence}", "fit.free")
     model = FitModel(under, motion, measurement, tuple(parameters), assemble(under, motion))
     # A mass at rest on a base at rest would stay there.
     return model.with_free_start(scenario.unstated_start) if is_decay(scenario) else model
@@ -805,7 +804,7 @@ def fitted_end(scenario: Scenario, measurement: Measurement) -> float:
     count = round((1.0 - share) * len(t))
     if count < MIN_SAMPLES:
         sentence = f"fit.hold_out leaves {count} of {len(t)} samples; a fit needs {MIN_SAMPLES}"
-        raise case_error(scenario, sentence, "fit.hold_out")
+        raise scenario.error(sentence, "fit.hold_out")
     return float(t[count - 1])
 
 

@@ -56,7 +56,6 @@ from drysim.scenario.sampling import LazySequence
 from drysim.study.case import (
     Case,
     assemble,
-    case_error,
     response_memory,
 )
 from drysim.study.run import (
@@ -175,9 +174,7 @@ def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
         When it has no sweep block.
     """
     if not scenario.sweep:
-        raise case_error(
-            scenario, "sweep is required: the keys to vary and their values", "sweep"
-        )
+        raise scenario.error("sweep is required: the keys to vary and their values", "sweep")
     reference = scenario.reference
     return (scenario, scenario.with_approach(reference)) if reference else (scenario,)
 

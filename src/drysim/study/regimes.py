@@ -47,7 +47,7 @@ from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
 from drysim.parallel import WorkerPool, worker_count
 from drysim.scenario.axes import SRS_KEY, SWEEP_KEY, Axis, KeyRange
-from drysim.scenario.model import Scenario
+from drysim.scenario.model import EQUATION_BLOCKS, Scenario
 from drysim.study.boundaries import (
     LOCKED,
     REGIME,
@@ -70,10 +70,7 @@ from drysim.study.break_aways import (
     describe_level,
 )
 from drysim.study.case import (
-    EQUATION_BLOCKS,
     Case,
-    case_error,
-    own_values,
     prepare,
     refuse_direction,
     require_scenario,
@@ -148,37 +145,37 @@ def require_map(scenario: Scenario) -> tuple[tuple[KeyRange, KeyRange], Grid]:
             "{excitation.frequency: {from: 0.5, to: 10, count: 129, scale: log}, "
             "friction.kinetic: {from: 0, to: 120, count: 129}}"
         )
-        raise case_error(scenario, sentence, SWEEP_KEY)
+        raise scenario.error(sentence, SWEEP_KEY)
     for axis in sweep:
         if axis.group:
             kind = axis.group.partition(".")[0]
             what = "is a shock response spectrum" if kind == SRS_KEY else "varies keys together"
             sentence = f"{SWEEP_KEY}.{kind} {what}; a map needs two ranges"
-            raise case_error(scenario, sentence, (SWEEP_KEY, kind))
+            raise scenario.error(sentence, (SWEEP_KEY, kind))
     if len(sweep) != 2:
         keys = ", ".join(axis.key for axis in sweep)
         sentence = f"a map has two axes, but {SWEEP_KEY} has {len(sweep)}: {keys}; keep two"
-        raise case_error(scenario, sentence, SWEEP_KEY)
+        raise scenario.error(sentence, SWEEP_KEY)
     axes = read_axis(scenario, sweep[0]), read_axis(scenario, sweep[1])
     counts = (len(axis.values) for axis in sweep)
     least = 2 if is_random(scenario) else MIN_NODES
     grid = Grid(*(count if count >= least else USUAL_NODES for count in counts))
     if grid.nodes > MAX_ORBITS:
         sentence = f"sweep has {grid.nodes} nodes; a map takes at most {MAX_ORBITS}"
-        raise case_error(scenario, f"{sentence}, as with larger steps", SWEEP_KEY)
+        raise scenario.error(f"{sentence}, as with larger steps", SWEEP_KEY)
     if not isinstance(excitation, Harmonic | SineSum | RandomMotion):
         sentence = (
             f"excitation.kind {excitation.kind} has no periodic orbits and no rates; a "
             "map needs `harmonic`, `sines` or random base motion"
         )
-        raise case_error(scenario, sentence, ("excitation", "kind"))
+        raise scenario.error(sentence, ("excitation", "kind"))
     if scenario.stops is not None:
         sentence = "stroke has end stops, which a map does not support; remove them"
-        raise case_error(scenario, sentence, "stroke")
+        raise scenario.error(sentence, "stroke")
     law = scenario.active_friction
     if law is not None and not isinstance(law, Coulomb):
         sentence = f"friction.law {law.law} is not supported by a map; take coulomb"
-        raise case_error(scenario, sentence, ("friction", "law"))
+        raise scenario.error(sentence, ("friction", "law"))
     if is_random(scenario):
         require_rates(scenario)
     elif not can_solve_together(steady_scenario(scenario)):
@@ -186,7 +183,7 @@ def require_map(scenario: Scenario) -> tuple[tuple[KeyRange, KeyRange], Grid]:
             "a map needs the approach stick-slip, a damper and friction that are the same in "
             "both directions, and a normal force that never vanishes"
         )
-        raise case_error(scenario, sentence, "friction" if law else "oscillator")
+        raise scenario.error(sentence, "friction" if law else "oscillator")
     return axes, grid
 
 
@@ -202,17 +199,17 @@ def require_rates(scenario: Scenario) -> None:
         sentence = (
             "under random base motion a map shows how often friction breaks away; state it"
         )
-        raise case_error(scenario, sentence, "friction")
+        raise scenario.error(sentence, "friction")
     is_exact = isinstance(scenario.solver.member(), ExactApproach)
     if not is_exact or not isinstance(law, CoulombLaw) or law.variation:
         sentence = (
             "a map under random base motion needs the approach stick-slip, a damper and "
             "friction that are the same in both directions, and a constant normal force"
         )
-        raise case_error(scenario, sentence, "friction")
+        raise scenario.error(sentence, "friction")
     if isinstance(scenario.excitation, RandomMotion) and scenario.excitation.until is not None:
         sentence = "excitation.until is not supported by a map; state a number of seeds"
-        raise case_error(scenario, sentence, ("excitation", "until"))
+        raise scenario.error(sentence, ("excitation", "until"))
 
 
 def read_axis(scenario: Scenario, axis: Axis) -> KeyRange:
@@ -225,14 +222,14 @@ def read_axis(scenario: Scenario, axis: Axis) -> KeyRange:
             f"{axis.key} cannot be an axis of a map; take a number of oscillator, friction or "
             "excitation"
         )
-        raise case_error(scenario, sentence, at)
+        raise scenario.error(sentence, at)
     if not isinstance(axis.words, Mapping):
         low, high = min(axis.values), max(axis.values)
         sentence = (
             f"{axis.key} has a list of values; a map needs a range, such as "
             f"{{from: {low:g}, to: {high:g}, count: {USUAL_NODES}}}"
         )
-        raise case_error(scenario, sentence, at)
+        raise scenario.error(sentence, at)
     return axis.range
 
 
@@ -880,7 +877,7 @@ def trace(axes: Sequence[KeyRange], field: str, joined: Joined) -> Iterator[Boun
 def find_place(plane: OrbitPlane | RatePlane, grid: Grid) -> Place:
     """Return the labels of the scenario itself, and the nearest boundaries along the axes."""
     axes = plane.axes
-    values = own_values(plane.scenario, [axis.key for axis in axes])
+    values = plane.scenario.values_of([axis.key for axis in axes])
     if len(values) < len(axes):
         return Place({}, {}, (), False)
     own = np.array([axis.share(values[axis.key]) for axis in axes])
