@@ -12,7 +12,8 @@ from seat import write_records
 import drysim as package
 from drysim.excitation.recorded import Record
 from drysim.plots.sweep import file_labels
-from drysim.study.case import file_hashes, prepare
+from drysim.scenario.files import file_hashes
+from drysim.study.case import prepare
 from drysim.study.store import Store, work_identity
 from drysim.study.sweep import solve
 

@@ -8,6 +8,7 @@ values and text.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import re
@@ -25,10 +26,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 import drysim
-from drysim.core.model import Samples, Sines, without_rest
+from drysim.core.model import Samples, Signal, Sines, blocks, without_rest
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.metrics.table import METRICS
-from drysim.study.case import signal_sha256
 from drysim.study.statistics import OK
 
 if TYPE_CHECKING:
@@ -126,10 +126,18 @@ def excitation_fields(scenario: Scenario, motion: Sines | Samples | None) -> Fie
     block = scenario.excitation
     fields: Fields = {"kind": block.kind, "seed": getattr(block, "seed", None)}
     if isinstance(motion, Samples):
-        fields["sha256"] = signal_sha256(without_rest(motion).u_dd)
+        fields["sha256"] = _signal_sha256(without_rest(motion).u_dd)
         if motion.realised:
             fields["realised"] = motion.realised
     return fields
+
+
+def _signal_sha256(signal: Signal) -> str:
+    """Return the SHA-256 (hex) of a signal as little-endian doubles."""
+    digest = hashlib.sha256()
+    for part in blocks(signal):
+        digest.update(np.ascontiguousarray(part, dtype="<f8").data)
+    return digest.hexdigest()
 
 
 def check_fields(verdict: Verdict) -> Fields:

@@ -10,29 +10,21 @@ Estimates
     Work: the event search takes steps of about one radian of the fastest oscillation, so the
     total phase of each oscillation bounds the computing time (`largest_oscillation`). Output:
     response.csv has one row per step.
-
-Hashes
-    SHA-256 of files and base motions, by which results can be compared.
 """
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, pi, sqrt
-from pathlib import Path
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from drysim import system
 from drysim.approach import Approach
 from drysim.approach.cost import StepCost, step_cost
 from drysim.approach.stick_slip import ExactApproach
-from drysim.block import Block
 from drysim.core.compile import engine
 from drysim.core.model import (
     AnyLaw,
@@ -42,11 +34,9 @@ from drysim.core.model import (
     Plant,
     RecordSummary,
     Samples,
-    Signal,
     Sines,
     State,
     StrokeLimits,
-    blocks,
     with_rest,
 )
 from drysim.errors import RecordError, ScenarioError, UsageError, WarningMessage
@@ -56,12 +46,12 @@ from drysim.excitation.recorded import Record
 from drysim.messages import shorten
 from drysim.metrics.table import FIT_METRICS
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, SWEEP_KEY, chain_length
+from drysim.scenario.files import files_location, swept_files
 from drysim.scenario.model import STATIC_RATIO, Scenario, scene_period
 from drysim.scenario.warnings import extreme_cases, scenario_warnings
 from drysim.study import statistics
 from drysim.study.ring_down import cut_warnings, rest_steps
 from drysim.wording import format_number
-from drysim.yaml_document import KeyPath
 
 FIT_NAMES = frozenset(metric.name for metric in FIT_METRICS)
 """Metrics that only a fit has."""
@@ -270,17 +260,6 @@ def refuse_interval(scenario: Scenario) -> None:
     if scenario.static_interval:
         sentence = "an interval is for `drysim run` and `sweep` with one seed; give one value"
         raise scenario.error(f"friction.static_ratio: {sentence}", STATIC_RATIO)
-
-
-def swept_files(scenario: Scenario) -> Sequence[str]:
-    """Return the records that a sweep varies, as in the scenario; none for other sweeps."""
-    return next((axis.values for axis in scenario.sweep if axis.key == FILE_KEY), ())
-
-
-def files_location(scenario: Scenario) -> KeyPath:
-    """Return the keys under which a scenario lists the records that its sweep varies."""
-    axis = next(axis for axis in scenario.sweep if axis.key == FILE_KEY)
-    return axis.location or (SWEEP_KEY, FILE_KEY)
 
 
 def read_swept(
@@ -724,39 +703,3 @@ def volume_warnings(case: Case) -> Iterator[WarningMessage]:
         yield WarningMessage(
             LARGE_RESPONSE, sentence, {"rows": case.steps + 1, "bytes": volume}
         )
-
-
-# Hashes of files and base motions.
-
-
-def named_files(scenario: Scenario) -> Iterator[tuple[KeyPath, Path]]:
-    """Yield the files that a scenario names, each with the path of its key."""
-    yield from _named_files(scenario, ())
-    if isinstance(scenario.excitation, Record):
-        for i, file in enumerate(swept_files(scenario)):
-            yield (SWEEP_KEY, FILE_KEY, i), scenario.excitation.with_file(file).path
-
-
-def _named_files(block: Block, keys: KeyPath) -> Iterator[tuple[KeyPath, Path]]:
-    path = getattr(block, "path", None)
-    if isinstance(path, Path):
-        yield (*keys, "file"), path
-    for name in type(block).model_fields:
-        if isinstance(inner := getattr(block, name), Block):
-            yield from _named_files(inner, (*keys, name))
-
-
-def file_hashes(scenario: Scenario) -> dict[str, str]:
-    """Return the SHA-256 (hex) of each file that a scenario names, by key."""
-    found = {}
-    for keys, path in named_files(scenario):
-        found[".".join(map(str, keys))] = system.file_sha256(path)
-    return found
-
-
-def signal_sha256(signal: Signal) -> str:
-    """Return the SHA-256 (hex) of a signal as little-endian doubles."""
-    digest = hashlib.sha256()
-    for part in blocks(signal):
-        digest.update(np.ascontiguousarray(part, dtype="<f8").data)
-    return digest.hexdigest()

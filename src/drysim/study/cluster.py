@@ -36,9 +36,10 @@ from drysim.core import compile
 from drysim.errors import ClusterError, DrysimError, UsageError
 from drysim.forced_exit import at_forced_exit
 from drysim.parallel import QUEUED_PER_WORKER, completed, work_on
+from drysim.scenario.files import named_files
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
-from drysim.study.case import named_files, prepare
+from drysim.study.case import prepare
 from drysim.study.plan import Plan, approaches_of
 from drysim.study.statistics import Batch
 from drysim.yaml_document import dump

@@ -38,13 +38,7 @@ from drysim.scenario.fit import (
 )
 from drysim.scenario.model import Scenario, law_uses_key
 from drysim.scenario.reading import numeric_keys
-from drysim.study.case import (
-    Case,
-    assemble,
-    base_motion,
-    memory_shortage,
-    shortage_message,
-)
+from drysim.study.case import Case, assemble, base_motion, memory_shortage, shortage_message
 from drysim.study.starting_values import (
     Kinematics,
     closed_form_starts,

@@ -53,11 +53,7 @@ from drysim.scenario.axes import (
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Columns, Scenario, common_period, with_columns
 from drysim.scenario.sampling import LazySequence
-from drysim.study.case import (
-    Case,
-    assemble,
-    response_memory,
-)
+from drysim.study.case import Case, assemble, response_memory
 from drysim.study.run import (
     MotionCache,
     observe_motion,

@@ -69,12 +69,7 @@ from drysim.study.break_aways import (
     describe_label,
     describe_level,
 )
-from drysim.study.case import (
-    Case,
-    prepare,
-    refuse_direction,
-    require_scenario,
-)
+from drysim.study.case import Case, prepare, refuse_direction, require_scenario
 from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import can_solve_together, scene_array
 from drysim.study.sweep import choose_engine

@@ -37,6 +37,7 @@ from drysim.metrics.table import (
     observe,
 )
 from drysim.scenario.axes import count_points
+from drysim.scenario.files import swept_files
 from drysim.scenario.model import Scenario
 from drysim.study.case import (
     BANDWIDTHS_PER_RESONANCE,
@@ -45,7 +46,6 @@ from drysim.study.case import (
     base_motion,
     resonance_width,
     segment_length,
-    swept_files,
 )
 from drysim.study.outcome import Outcome
 from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row, max_seeds

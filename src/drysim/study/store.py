@@ -25,9 +25,9 @@ from drysim import system
 from drysim.core.compile import source_digest
 from drysim.errors import OutputError, UsageError
 from drysim.scenario.axes import point_columns
+from drysim.scenario.files import file_hashes
 from drysim.scenario.model import Scenario
 from drysim.scenario.sampling import LazySequence
-from drysim.study.case import file_hashes
 from drysim.study.plan import AsText, CaseRange
 from drysim.study.statistics import Batch, OverSeeds
 

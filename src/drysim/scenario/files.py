@@ -1,0 +1,49 @@
+"""The files that a scenario names: their keys, paths and hashes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from drysim import system
+from drysim.block import Block
+from drysim.excitation.recorded import Record
+from drysim.scenario.axes import FILE_KEY, SWEEP_KEY
+from drysim.scenario.model import Scenario
+from drysim.yaml_document import KeyPath
+
+
+def named_files(scenario: Scenario) -> Iterator[tuple[KeyPath, Path]]:
+    """Yield the files that a scenario names, each with the path of its key."""
+    yield from _named_files(scenario, ())
+    if isinstance(scenario.excitation, Record):
+        for i, file in enumerate(swept_files(scenario)):
+            yield (SWEEP_KEY, FILE_KEY, i), scenario.excitation.with_file(file).path
+
+
+def _named_files(block: Block, keys: KeyPath) -> Iterator[tuple[KeyPath, Path]]:
+    path = getattr(block, "path", None)
+    if isinstance(path, Path):
+        yield (*keys, "file"), path
+    for name in type(block).model_fields:
+        if isinstance(inner := getattr(block, name), Block):
+            yield from _named_files(inner, (*keys, name))
+
+
+def file_hashes(scenario: Scenario) -> dict[str, str]:
+    """Return the SHA-256 (hex) of each file that a scenario names, by key."""
+    return {
+        ".".join(map(str, keys)): system.file_sha256(path)
+        for keys, path in named_files(scenario)
+    }
+
+
+def swept_files(scenario: Scenario) -> Sequence[str]:
+    """Return the records that a sweep varies, as in the scenario; none for other sweeps."""
+    return next((axis.values for axis in scenario.sweep if axis.key == FILE_KEY), ())
+
+
+def files_location(scenario: Scenario) -> KeyPath:
+    """Return the keys under which a scenario lists the records that its sweep varies."""
+    axis = next(axis for axis in scenario.sweep if axis.key == FILE_KEY)
+    return axis.location or (SWEEP_KEY, FILE_KEY)
