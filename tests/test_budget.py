@@ -17,7 +17,8 @@ from drysim.core.compile import MAX_PLAIN_STEPS
 from drysim.errors import ScenarioError
 from drysim.scenario.fit import Fit
 from drysim.study import sweep
-from drysim.study.case import prepare
+from drysim.study.budget import case_cost
+from drysim.study.preparation import prepare
 
 # Work out of proportion is told before it is done, and what nobody waits for is refused.
 
@@ -200,7 +201,7 @@ def test_cost_of_a_step_by_series_counts_in_the_choice_of_the_engine(prepared, e
     steps, kernels = engine(sweep.choose_engine, dear, [dear.scenario])
     assert steps > MAX_PLAIN_STEPS
     assert kernels == "taylor.march_taylor"
-    assert dear.work == 5 * easy.work
+    assert case_cost(dear) == 5 * case_cost(easy)
 
 
 def test_engine_of_a_run_is_that_of_the_fit_that_may_follow_it(prepared):
@@ -208,7 +209,7 @@ def test_engine_of_a_run_is_that_of_the_fit_that_may_follow_it(prepared):
     block = {"measured": {"file": "x.csv", "x_r": 1}, "free": {"friction.kinetic": {}}}
     fit = Fit.model_validate(block)
     fitted = replace(case, scenario=case.scenario.model_copy(update={"fit": fit}))
-    assert fitted.work == 2_000 * case.work
+    assert case_cost(fitted) == 2_000 * case_cost(case)
 
 
 @pytest.mark.parametrize(("least", "steps"), [(100.0, 1_000), (0.0, 300_000)])

@@ -293,7 +293,7 @@ def test_bug_shows_its_traceback_and_where_to_report_it(drysim, seat, monkeypatc
     def broken(*_, **__):
         raise ZeroDivisionError("a planted bug")
 
-    monkeypatch.setattr("drysim.study.case.prepare", broken)
+    monkeypatch.setattr("drysim.study.preparation.prepare", broken)
     answer = drysim("run", seat)
     assert answer.code == 70
     assert "ZeroDivisionError: a planted bug" in answer.err

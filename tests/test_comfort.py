@@ -20,7 +20,7 @@ from drysim.metrics.comfort import (
     weighting_gain,
 )
 from drysim.scenario.blocks import Measure
-from drysim.study import case
+from drysim.study import budget
 from drysim.study.sweep import sweep
 
 BANDS = (-4, -3, 0, 3, 6, 7, 8, 9, 10, 12, 15, 19)
@@ -247,8 +247,8 @@ def test_grid_that_is_too_coarse_to_weigh_on_is_a_warning(seat):
 
 def test_memory_of_weighting_counts(monkeypatch):
     monkeypatch.setattr(system, "total_memory", lambda: 100.0)
-    assert case.memory_shortage(1) == ""
-    assert case.memory_shortage(1, weighted=True)
+    assert budget.memory_shortage(1) == ""
+    assert budget.memory_shortage(1, weighted=True)
 
 
 def test_summary_shows_seat_and_a_w_of_runs_and_sweeps_only_when_asked(drysim, seat):

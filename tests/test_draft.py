@@ -12,7 +12,7 @@ import yaml
 import drysim as package
 from drysim.errors import RecordError
 from drysim.records.inspection import inspect_record
-from drysim.study.case import base_motion
+from drysim.study.preparation import base_motion
 
 RATE, COUNT = 400.0, 16_000
 T = np.arange(COUNT) / RATE

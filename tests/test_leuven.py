@@ -21,7 +21,7 @@ from drysim.core.model import BRISTLE, LEUVEN, ContactState, DynamicLaw, Plant, 
 from drysim.metrics.table import measure
 from drysim.orbits.search import find_orbit
 from drysim.scenario.load import load
-from drysim.study.case import prepare
+from drysim.study.preparation import prepare
 
 LAW = DynamicLaw(
     45.0, 54.0, LEUVEN, v_s=5e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, F_h=80.0

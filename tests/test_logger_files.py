@@ -20,8 +20,8 @@ from drysim.errors import DrysimError, RecordError
 from drysim.records import clean
 from drysim.records.clock import find_clock, find_dates, unit_in_name, unit_of_values
 from drysim.records.inspection import inspect_record
-from drysim.study.case import base_motion
 from drysim.study.draft import write_draft
+from drysim.study.preparation import base_motion
 
 CASES = Path(__file__).parents[2] / "shared" / "cases"
 

@@ -26,7 +26,7 @@ from drysim.core.model import (
 from drysim.errors import RecordError, ScenarioError
 from drysim.orbits.search import find_orbit
 from drysim.scenario.load import load
-from drysim.study.case import prepare
+from drysim.study.preparation import prepare
 from drysim.study.validate import find_problems
 
 # A normal force in scenarios: recorded or lifting; what uses it, refuses it, and says so.

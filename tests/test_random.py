@@ -25,8 +25,8 @@ from drysim.excitation.random import (
     spectrum_mean_square,
 )
 from drysim.scenario.load import load
-from drysim.study.case import prepare
 from drysim.study.ensemble import run
+from drysim.study.preparation import prepare
 from drysim.units import convert
 
 # Random base motion: its spectrum, its level, its displacement, and what is refused.

@@ -714,7 +714,7 @@ def test_record_without_a_high_pass_is_solved_once(tmp_path, monkeypatch):
 
 
 def test_record_that_is_gone_before_its_ends_are_looked_at_keeps_its_answer(drifting):
-    from drysim.study.case import prepare
+    from drysim.study.preparation import prepare
     from drysim.study.run import solve
 
     case = prepare(load(drifting))

@@ -417,7 +417,9 @@ def test_incomplete_result_is_called_so_first(result, drysim):
 @pytest.mark.parametrize("kind", ["run", "sweep"])
 def test_report_of_a_folder_solves_nothing(result, drysim, monkeypatch, kind):
     folder, _ = result(SWEPT if kind == "sweep" else SEAT, kind)
-    monkeypatch.setattr("drysim.study.case.prepare", lambda *_, **__: pytest.fail("solved"))
+    monkeypatch.setattr(
+        "drysim.study.preparation.prepare", lambda *_, **__: pytest.fail("solved")
+    )
     assert drysim("report", "out").code == 0
     assert drysim("report", "out", "--no-plots").code == 0
     page = Page((folder / "report.html").read_text("utf-8"))

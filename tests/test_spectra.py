@@ -22,7 +22,8 @@ from drysim.metrics.spectra import (
     viscous_transmissibility,
 )
 from drysim.plots.spectra import draw
-from drysim.study.case import prepare, segment_length
+from drysim.study.preparation import prepare
+from drysim.study.welch import segment_length
 
 FLAT = {"kind": "psd", "points": [[0.5, 1], [20, 1]], "duration": 400, "seed": 3}
 ASKED = {"settle": 5, "spectra": True, "segment": 10}

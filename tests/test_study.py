@@ -13,7 +13,7 @@ from seat import dotted
 import drysim
 from drysim import system
 from drysim.errors import WarningMessage
-from drysim.study import case, gallery
+from drysim.study import budget, gallery
 from drysim.study.validate import find_problems
 from drysim.study.warnings import response_warnings
 
@@ -169,16 +169,16 @@ def test_stated_error_that_a_picture_would_show_is_a_warning(seat, error, said):
 
 def test_response_that_does_not_fit_into_memory_is_refused_with_both_numbers(monkeypatch):
     monkeypatch.setattr(system, "total_memory", lambda: 8e9)
-    assert case.memory_shortage(int(8e9 / case.BYTES_PER_STEP)) == ""
-    said = case.memory_shortage(int(16e9 / case.BYTES_PER_STEP))
+    assert budget.memory_shortage(int(8e9 / budget.BYTES_PER_STEP)) == ""
+    said = budget.memory_shortage(int(16e9 / budget.BYTES_PER_STEP))
     assert "need 16 GB of memory, this machine has 8 GB" in said
 
 
 def test_response_by_parts_needs_a_fraction_of_the_memory_unless_it_is_weighed(monkeypatch):
     monkeypatch.setattr(system, "total_memory", lambda: 8e9)
-    assert case.memory_shortage(10**9, streamed=True) == ""
-    assert case.memory_shortage(10**9, weighted=True, streamed=True)
-    assert case.memory_shortage(2 * 10**9, streamed=True)
+    assert budget.memory_shortage(10**9, streamed=True) == ""
+    assert budget.memory_shortage(10**9, weighted=True, streamed=True)
+    assert budget.memory_shortage(2 * 10**9, streamed=True)
 
 
 def test_machine_has_some_memory():

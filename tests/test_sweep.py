@@ -21,10 +21,10 @@ from drysim.scenario.load import load
 from drysim.study import plan as study_plan
 from drysim.study import statistics
 from drysim.study import sweep as tally_sweep
-from drysim.study.case import prepare
 from drysim.study.compare import compare
 from drysim.study.ensemble import run
 from drysim.study.plan import CaseRanges, Plan, approaches_of, solve_range
+from drysim.study.preparation import prepare
 from drysim.study.run import MotionCache, count_cases
 from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Batch, Row, interval
 from drysim.study.store import Store, work_identity
@@ -544,7 +544,7 @@ def test_base_motions_are_made_once_for_all_cases(noisy, monkeypatch):
     monkeypatch.setattr(
         "drysim.study.run.base_motion", lambda one: made.append(one) or drawn(one)
     )
-    from drysim.study.case import base_motion as drawn
+    from drysim.study.preparation import base_motion as drawn
 
     sweep(load(noisy, {"sweep": {"friction.kinetic": [5, 15, 25, 35, 45]}}), workers=1)
     seeds = [scenario.excitation.seed for scenario in made]
@@ -552,7 +552,7 @@ def test_base_motions_are_made_once_for_all_cases(noisy, monkeypatch):
 
 
 def test_seeds_that_do_not_fit_are_not_kept(noisy):
-    from drysim.study.case import prepare
+    from drysim.study.preparation import prepare
 
     case = prepare(load(noisy, {"excitation.seeds": 100_000}))
     assert MotionCache.starting_with(case).max_size < 10

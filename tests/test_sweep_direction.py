@@ -13,10 +13,10 @@ from drysim.errors import ScenarioError
 from drysim.plots.sweep import sweep_view
 from drysim.scenario.axes import point_columns
 from drysim.scenario.load import load
-from drysim.study.case import prepare
 from drysim.study.compare import compare
 from drysim.study.ensemble import run
 from drysim.study.plan import CaseRanges, approaches_of, solve_chain, solve_range
+from drysim.study.preparation import prepare
 from drysim.study.run import MotionCache
 from drysim.study.sweep import sweep
 from drysim.yaml_document import dump

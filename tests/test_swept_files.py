@@ -13,7 +13,7 @@ import drysim as package
 from drysim.excitation.recorded import Record
 from drysim.plots.sweep import file_labels
 from drysim.scenario.files import file_hashes
-from drysim.study.case import prepare
+from drysim.study.preparation import prepare
 from drysim.study.store import Store, work_identity
 from drysim.study.sweep import solve
 

@@ -16,7 +16,7 @@ from taylor import DIGITS, solve
 
 import drysim
 from drysim.core.model import Samples
-from drysim.study.case import prepare
+from drysim.study.preparation import prepare
 
 HARD = Path(__file__).parents[2] / "scenarios" / "hard"
 

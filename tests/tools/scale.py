@@ -14,9 +14,9 @@ from pathlib import Path
 
 from drysim.results.sweep import write_transmissibility_csv, write_transmissibility_parquet
 from drysim.scenario.load import load
-from drysim.study.case import prepare
 from drysim.study.cluster import connect
 from drysim.study.plan import CaseRanges, Plan, approaches_of, range_length
+from drysim.study.preparation import prepare
 from drysim.study.store import Store, pack, work_identity
 from drysim.study.sweep import on_cluster, solve
 

@@ -21,8 +21,8 @@ from drysim.metrics.table import Metrics
 from drysim.scenario.axes import iter_points
 from drysim.scenario.load import load
 from drysim.study import gallery
-from drysim.study.case import assemble, prepare
 from drysim.study.outcome import Result, format_repr
+from drysim.study.preparation import assemble, prepare
 from drysim.study.run import MotionCache
 from drysim.wording import format_count, format_deviation, format_number
 

@@ -37,7 +37,7 @@ from drysim.scenario.axes import count_points, iter_points
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 from drysim.study import gallery, run, sweep
-from drysim.study.case import assemble, prepare, refuse_direction
+from drysim.study.preparation import assemble, prepare, refuse_direction
 from drysim.wording import format_number
 
 if TYPE_CHECKING:

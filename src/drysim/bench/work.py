@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from drysim.core.model import Samples, Sines, base_acceleration
-from drysim.study.case import prepare
+from drysim.study.preparation import prepare
 from drysim.study.statistics import unused_seeds_warnings
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ def make_work(scenario: Scenario, samples: int) -> Work:
     Raises
     ------
     ScenarioError, RecordError, UsageError
-        From `drysim.study.case.prepare`.
+        From `drysim.study.preparation.prepare`.
     """
     case = prepare(scenario, compared=True)
     if isinstance(case.motion, Samples):

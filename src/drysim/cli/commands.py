@@ -135,7 +135,7 @@ def run(
 ) -> int:
     """Compute one case, for one or many seeds: motion, metrics."""
     from drysim.scenario.load import load
-    from drysim.study.case import prepare
+    from drysim.study.preparation import prepare
     from drysim.study.statistics import max_seeds
 
     common = Common(
@@ -153,7 +153,7 @@ def run_job(case: Case, mode: OutputMode) -> Job:
     """Return the job of a single case, or of one over an interval of its static ratio."""
     from drysim.cli import work
     from drysim.output.folder import check_disk_space, resumable_parts
-    from drysim.study.case import LARGE_RESPONSE, MIN_BYTES_SHARE, SLOW_SCENE, response_bytes
+    from drysim.study.budget import LARGE_RESPONSE, MIN_BYTES_SHARE, SLOW_SCENE, response_bytes
 
     def before(folder: Path) -> None:
         tell_replaced_sweep(folder, mode)
@@ -247,7 +247,7 @@ def sweep(
 ) -> int:
     """Compute all cases of the sweep block: transmissibility."""
     from drysim.scenario.load import load
-    from drysim.study.case import prepare
+    from drysim.study.preparation import prepare
 
     common = Common(
         command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
@@ -346,8 +346,8 @@ def compare(
     """Compare approaches or friction laws on one base motion."""
     from drysim.cli import work
     from drysim.scenario.load import load
-    from drysim.study.case import prepare
     from drysim.study.compare import parse_names, scenarios_by_name, solve
+    from drysim.study.preparation import prepare
     from drysim.study.run import count_cases
 
     common = Common(
@@ -736,7 +736,7 @@ def check_run() -> Finding:
         from drysim import output
         from drysim.scenario.load import load
         from drysim.study import gallery
-        from drysim.study.case import prepare
+        from drysim.study.preparation import prepare
         from drysim.study.run import solve
 
         outcome = solve(prepare(load(gallery.find(DOCTOR_SCENARIO).file)))

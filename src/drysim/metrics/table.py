@@ -461,6 +461,9 @@ FIT_METRICS = (
 )
 """Metrics of a fit, which follow from no single motion."""
 
+FIT_NAMES = frozenset(metric.name for metric in FIT_METRICS)
+"""Metrics that only a fit has."""
+
 METRICS_BY_NAME = {metric.name: metric for metric in (*METRICS, *FIT_METRICS)}
 
 UNITS = {name: metric.unit for name, metric in METRICS_BY_NAME.items()}

@@ -43,16 +43,17 @@ from drysim.orbits.continuation import (
 )
 from drysim.scenario.axes import Axis
 from drysim.scenario.model import EQUATION_BLOCKS, Scenario, scene_period
-from drysim.study.case import (
-    Case,
+from drysim.study.budget import case_cost
+from drysim.study.case import Case
+from drysim.study.outcome import Result, format_repr
+from drysim.study.plan import approaches_of, can_solve_together, orbit_metrics, scene_array
+from drysim.study.preparation import (
     assemble,
     base_motion,
     prepare,
     refuse_direction,
     require_scenario,
 )
-from drysim.study.outcome import Result, format_repr
-from drysim.study.plan import approaches_of, can_solve_together, orbit_metrics, scene_array
 from drysim.study.run import observe_window
 from drysim.study.sweep import describe_numerics
 from drysim.wording import (
@@ -409,7 +410,7 @@ def solve(case: Case) -> BranchesResult:
         steps = compile.COLD_CACHE_FACTOR * compile.MAX_PLAIN_STEPS
         compile.choose_engine(steps, "orbit.flow_and_monodromy")
         return Study(scenario, axis).solve(case)
-    compile.choose_engine(MARCHED_PERIODS * case.work, case.kernels)
+    compile.choose_engine(MARCHED_PERIODS * case_cost(case), case.kernels)
     return MarchedStudy(scenario, axis).solve(case)
 
 

@@ -34,7 +34,8 @@ from drysim.parallel import WorkerPool
 from drysim.scenario.axes import KeyRange
 from drysim.scenario.model import Scenario
 from drysim.study.boundaries import REGIME, Crossing, Crossings, Integers
-from drysim.study.case import Case, assemble
+from drysim.study.case import Case
+from drysim.study.preparation import assemble
 from drysim.study.run import MotionCache, trajectory_of
 from drysim.study.statistics import seed_range, with_seed
 from drysim.wording import format_number, format_percent

@@ -39,8 +39,8 @@ from drysim.parallel import QUEUED_PER_WORKER, completed, work_on
 from drysim.scenario.files import named_files
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
-from drysim.study.case import prepare
 from drysim.study.plan import Plan, approaches_of
+from drysim.study.preparation import prepare
 from drysim.study.statistics import Batch
 from drysim.yaml_document import dump
 

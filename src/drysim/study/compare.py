@@ -29,9 +29,15 @@ from drysim.metrics.text import label_of
 from drysim.scenario.axes import FILE_KEY, Axis
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS
-from drysim.study.case import Case, prepare, refuse_direction, refuse_interval, require_scenario
+from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import Plan
+from drysim.study.preparation import (
+    prepare,
+    refuse_direction,
+    refuse_interval,
+    require_scenario,
+)
 from drysim.study.run import MotionCache, response_of, scenario_at, try_measure
 from drysim.study.statistics import OK, BatchCallback, Row, Rows, ignore_batch, interval
 from drysim.study.table import Table

@@ -25,15 +25,16 @@ import numpy as np
 from drysim.core.model import Floats, Input, Samples, Sines
 from drysim.errors import ScenarioError, SolverError, WarningMessage
 from drysim.metrics.checks import WITH_EVERY_SEED, Check, Verdict
-from drysim.metrics.table import METRICS_BY_NAME, SIGNED, STROKE_USED, Values
+from drysim.metrics.table import FIT_NAMES, METRICS_BY_NAME, SIGNED, STROKE_USED, Values
 from drysim.metrics.text import format_metric
 from drysim.scenario.axes import Axis, KeyRange, iter_points
 from drysim.scenario.design import DESIGN_KEY, MEAN, Design
 from drysim.scenario.model import Scenario, asks_for
 from drysim.scenario.reading import LAWS, numeric_keys
-from drysim.study.case import FIT_NAMES, Case, prepare, require_scenario
+from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import CaseRanges, Plan
+from drysim.study.preparation import prepare, require_scenario
 from drysim.study.run import MotionCache, unused_spectra_warnings
 from drysim.study.search import (
     GAP_SHARES,

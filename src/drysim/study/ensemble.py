@@ -24,8 +24,10 @@ from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Scenario
 from drysim.study import plan
 from drysim.study import run as one_case
-from drysim.study.case import Case, assemble, base_motion, prepare
+from drysim.study.budget import case_cost
+from drysim.study.case import Case
 from drysim.study.outcome import Outcome, Result, count_verdicts, format_repr
+from drysim.study.preparation import assemble, base_motion, prepare
 from drysim.study.run import MotionCache
 from drysim.study.statistics import (
     Batch,
@@ -178,7 +180,7 @@ def solve(
         When the numerics fail for every seed.
     """
     scenario, seeds = case.scenario, seed_range(case.scenario)
-    compile.choose_engine(case.work * len(seeds), case.kernels)
+    compile.choose_engine(case_cost(case) * len(seeds), case.kernels)
 
     motions, ranges = MotionCache(), plan.seed_ranges(case)
 

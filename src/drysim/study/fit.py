@@ -50,7 +50,7 @@ from drysim.records.warnings import STANDARD_GRAVITY
 from drysim.scenario.fit import CHANNELS, DELAY_KEY, FreeKey
 from drysim.scenario.model import Scenario
 from drysim.scenario.reading import LAWS, fields_by_key
-from drysim.study.case import refuse_interval, require_scenario, without_fit_checks
+from drysim.study.budget import case_cost
 from drysim.study.fit_model import (
     MIN_SAMPLES,
     UNCERTAIN,
@@ -65,6 +65,7 @@ from drysim.study.fit_model import (
     model_of_law,
 )
 from drysim.study.outcome import Result, format_repr
+from drysim.study.preparation import refuse_interval, require_scenario, without_fit_checks
 from drysim.study.starting_values import STILL_NOISE, integrate, noise_level, remove_drift
 from drysim.study.statistics import NORMAL_95
 from drysim.wording import format_number, format_range, format_unit, join_words
@@ -1387,7 +1388,7 @@ def fit(
     require_fit(scenario)
     assert scenario.fit is not None, "that was required"
     first = build_model(scenario)
-    choose_engine(first.case.work, first.case.kernels)
+    choose_engine(case_cost(first.case), first.case.kernels)
     check_motion(first)
     end = fitted_end(scenario, first.measurement)
     names, read = scenario.fit.laws, (first.motion, first.measurement)
@@ -1600,7 +1601,7 @@ def fitted_scenario(one: LawFit) -> Scenario:
 
 def metrics_of_fitted(scenario: Scenario) -> Values:
     """Return the metrics of the fitted scenario on its own base motion, for checks."""
-    from drysim.study.case import prepare
+    from drysim.study.preparation import prepare
     from drysim.study.run import measure_case
 
     return dict(measure_case(prepare(scenario))[0])

@@ -38,7 +38,9 @@ from drysim.scenario.fit import (
 )
 from drysim.scenario.model import Scenario, law_uses_key
 from drysim.scenario.reading import numeric_keys
-from drysim.study.case import Case, assemble, base_motion, memory_shortage, shortage_message
+from drysim.study.budget import memory_shortage, shortage_message
+from drysim.study.case import Case
+from drysim.study.preparation import assemble, base_motion
 from drysim.study.starting_values import (
     Kinematics,
     closed_form_starts,

@@ -53,13 +53,10 @@ from drysim.scenario.axes import (
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import Columns, Scenario, common_period, with_columns
 from drysim.scenario.sampling import LazySequence
-from drysim.study.case import Case, assemble, response_memory
-from drysim.study.run import (
-    MotionCache,
-    observe_motion,
-    solve_row,
-    solve_row_from,
-)
+from drysim.study.budget import response_memory
+from drysim.study.case import Case
+from drysim.study.preparation import assemble
+from drysim.study.run import MotionCache, observe_motion, solve_row, solve_row_from
 from drysim.study.statistics import (
     FAILED,
     FORCES,

@@ -69,9 +69,10 @@ from drysim.study.break_aways import (
     describe_label,
     describe_level,
 )
-from drysim.study.case import Case, prepare, refuse_direction, require_scenario
+from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import can_solve_together, scene_array
+from drysim.study.preparation import prepare, refuse_direction, require_scenario
 from drysim.study.sweep import choose_engine
 from drysim.wording import ALL_SHARED, describe_scene, format_number, format_unit
 

@@ -39,15 +39,10 @@ from drysim.metrics.table import (
 from drysim.scenario.axes import count_points
 from drysim.scenario.files import swept_files
 from drysim.scenario.model import Scenario
-from drysim.study.case import (
-    BANDWIDTHS_PER_RESONANCE,
-    Case,
-    assemble,
-    base_motion,
-    resonance_width,
-    segment_length,
-)
+from drysim.study.budget import case_cost
+from drysim.study.case import Case
 from drysim.study.outcome import Outcome
+from drysim.study.preparation import assemble, base_motion
 from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Row, max_seeds
 from drysim.study.warnings import (
     changed_metrics,
@@ -55,6 +50,7 @@ from drysim.study.warnings import (
     record_end_warning,
     response_warnings,
 )
+from drysim.study.welch import BANDWIDTHS_PER_RESONANCE, resonance_width, segment_length
 from drysim.wording import Point, format_length, format_number
 
 if TYPE_CHECKING:
@@ -67,7 +63,7 @@ SolvedMotion = tuple[Response, tuple[float, float], tuple[WarningMessage, ...]]
 
 def solve(case: Case) -> Outcome:
     """Solve a prepared case."""
-    choose_engine(case.work, case.kernels)
+    choose_engine(case_cost(case), case.kernels)
     response, window, motion_warnings = (
         march_from_start(case) if case.period is None else periodic_motion(case)
     )

@@ -33,7 +33,7 @@ from drysim.scenario.axes import (
 )
 from drysim.scenario.model import Scenario
 from drysim.study import interval
-from drysim.study.case import Case, prepare
+from drysim.study.case import Case
 from drysim.study.plan import (
     AsText,
     CaseRange,
@@ -43,6 +43,7 @@ from drysim.study.plan import (
     approaches_of,
     can_solve_together,
 )
+from drysim.study.preparation import prepare
 from drysim.study.run import MotionCache, count_cases, unused_spectra_warnings
 from drysim.study.statistics import (
     MAX_CACHED_ROWS,

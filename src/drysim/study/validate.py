@@ -8,7 +8,7 @@ from drysim.errors import Problem, RecordError, ScenarioError, UsageError
 from drysim.excitation.recorded import Record
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
-from drysim.study.case import prepare, without_fit_checks
+from drysim.study.preparation import prepare, without_fit_checks
 from drysim.wording import describe_clean_up
 
 

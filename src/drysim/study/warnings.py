@@ -1,7 +1,7 @@
 """Warnings that follow from results: of a case, of many cases, and of an ensemble.
 
 Each function returns values, not output. Warnings known before the computation come from
-`scenario.warnings` and `study.case`.
+`scenario.warnings` and `study.budget`.
 """
 
 from __future__ import annotations
