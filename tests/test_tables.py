@@ -48,7 +48,7 @@ def test_number_reads_back_as_the_same_float_and_has_the_digits_of_repr(kind: st
 
 def test_missing_number_is_an_empty_cell_and_no_zero_is_negative() -> None:
     columns = [np.array([1.0, np.nan, -0.0]), np.array([np.nan, 2.5, 1e-7])]
-    assert tables.format_numbers(columns) == [b"1.0,", b",2.5", b"0.0,1e-07"]
+    assert tables.format_numbers(columns) == [b"1.0,", b",2.5", b"0.0,1e-7"]
     assert tables.format_counts(np.array([3.0, np.nan, 0.0])) == [b"3", b"", b"0"]
     assert tables.format_numbers([np.empty(0), np.empty(0)]) == []
     values = (None, math.nan, math.inf, -0.0, 2.5, 3)

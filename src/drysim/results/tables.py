@@ -6,13 +6,13 @@ in blocks. Parquet has one file per block of cases.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import compress, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import orjson
 from numpy.typing import NDArray
 
 from drysim.metrics.table import LIMITS, METRICS, ORBIT, STOPS, WEIGHTING
@@ -291,10 +291,6 @@ def format_rows(columns: Iterable[Values]) -> bytes:
     return join_rows(parts)
 
 
-NOT_FINITE = re.compile("nan|-?inf")
-"""Numbers whose cell is empty."""
-
-
 def format_numbers(columns: Sequence[NDArray[np.float64]]) -> list[bytes]:
     """Return rows of numbers separated by commas.
 
@@ -302,10 +298,8 @@ def format_numbers(columns: Sequence[NDArray[np.float64]]) -> list[bytes]:
     number that is not finite an empty cell.
     """
     table = np.column_stack(columns) + 0.0
-    rows = [",".join(map(repr, row)) for row in table.tolist()]
-    if not np.isfinite(table).all():
-        rows = [NOT_FINITE.sub("", row) for row in rows]
-    return [row.encode() for row in rows]
+    text = orjson.dumps(table, option=orjson.OPT_SERIALIZE_NUMPY)
+    return text[2:-2].replace(b"null", b"").split(b"],[") if len(table) else []
 
 
 def format_counts(values: NDArray[Any]) -> list[bytes]:
@@ -334,7 +328,7 @@ def format_cell(value: float | None) -> str:
     """Return the shortest decimal that reads back as the same float; empty where not finite."""
     if value is None or not np.isfinite(value):
         return ""
-    return repr(np.asarray(value + 0).item())
+    return orjson.dumps(value + 0, option=orjson.OPT_SERIALIZE_NUMPY).decode()
 
 
 def join_cells(rows: Iterable[Iterable[str]]) -> bytes:
