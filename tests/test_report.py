@@ -121,7 +121,8 @@ def test_pictures_of_a_page_are_those_of_the_folder_with_alternative_text(result
 def test_page_names_the_pictures_that_no_page_can_show(result):
     folder, written = result(SEAT, "run", "--picture-format", "pdf")
     page = Page(written)
-    assert values(page, "href") == ["response.pdf"]
+    assert "response.pdf in the folder of the result" in page.text
+    assert values(page, "href") == []
     assert (folder / "response.pdf").is_file()
 
 
@@ -444,8 +445,47 @@ def test_report_needs_no_record(drysim, place):
 def test_sweep_whose_best_design_keeps_the_checks_is_not_said_to_fail(result):
     swept = SEAT.replace("measure", "sweep: {friction.kinetic: [5, 60]}\nmeasure")
     page = result(swept + "checks: [T_a < 1.2]\n", "sweep")[1]
-    assert '<ul class="verdict bad">' not in page
+    assert '<ul class="verdict reserved">' in page
+    assert "! An admissible case is known, with reservations: 1 of 1 check fails" in (
+        Page(page).text
+    )
     assert "keeps every check that applies to it" in Page(page).text
+
+
+def test_page_shows_no_picture_that_is_not_of_the_result(result, drysim):
+    folder, _ = result()
+    shutil.copy(folder / "response.png", folder / "spectra.png")
+    done = drysim("report", "out", "-o", "page.html")
+    assert done.code == 0
+    page = Page(Path("page.html").read_text("utf-8"))
+    assert page.tags.count("img") == 2  # response and sketch
+
+
+def test_report_needs_no_record_of_a_force(drysim, place):
+    Path("force.csv").write_text("t [s],N [N]\n0,100\n1,120\n2,100\n3,100\n")
+    force = "normal_record: {file: force.csv, column: N, time: t}"
+    text = SEAT.replace("kinetic: 15", f"mu_kinetic: 0.15, {force}")
+    (place / "seat.yaml").write_text(text)
+    done = drysim("run", "seat.yaml", "--quiet", "-o", "out")
+    assert done.code == 0, done.err
+    Path("force.csv").unlink()
+    assert drysim("report", "out").code == 0
+
+
+@pytest.mark.parametrize("name", ["response.png", "scenario.yaml"])
+def test_file_that_cannot_be_read_is_no_fault_of_the_program(result, drysim, monkeypatch, name):
+    folder, _ = result()
+    whole = Path.open
+
+    def refuse(self, *words, **named):
+        if self.name == name and "out" in self.parts:
+            raise PermissionError(13, "Permission denied", str(self))
+        return whole(self, *words, **named)
+
+    monkeypatch.setattr(Path, "open", refuse)
+    done = drysim("report", folder, "-o", "page.html")
+    assert done.code == (0 if name == "response.png" else 2), done.err
+    assert "Traceback" not in done.err
 
 
 def test_spaces_that_do_not_break_a_line_stay_in_the_text():

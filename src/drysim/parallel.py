@@ -18,7 +18,7 @@ import reprlib
 import signal
 import sys
 import time
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Sequence
 from contextlib import closing
 from functools import lru_cache
 from io import BytesIO
@@ -54,6 +54,9 @@ MIN_TIME_PER_WORKER = 0.03
 MIN_CHUNK_TIME = 0.01
 """Work that is handed to a process at a time [s], beside which handing it out takes little
 time."""
+
+MAX_EARLY = 64
+"""Chunks whose results may wait for those of earlier items: they take memory."""
 
 CHECK_INTERVAL = 1.0
 """Longest time between two checks of the workers [s]: an executor does not notice that one was
@@ -148,7 +151,8 @@ class WorkerPool:
         Raises
         ------
         Exception
-            That of the first item that fails, after the results of all items before it.
+            That of the first item that fails; the results of items that were handed out with
+            it are lost.
         SolverError
             When a worker process ended early, as for lack of memory.
 
@@ -158,8 +162,9 @@ class WorkerPool:
         at most `SHUTDOWN_TIMEOUT`, so that a kernel that does not return cannot keep the
         process alive; worker processes are killed, and the next series has new ones.
         """
-        with closing(self._completed(function, as_sequence(items), shared)) as chunks:
-            yield from in_order(chunks)
+        early: dict[int, list[Result]] = {}
+        with closing(self._completed(function, as_sequence(items), shared, early)) as chunks:
+            yield from in_order(chunks, early)
 
     def map_unordered(
         self,
@@ -175,12 +180,16 @@ class WorkerPool:
                 yield from zip(done, chunk.results, strict=True)
 
     def _completed(
-        self, function: Callable[[Any], Any], items: Sequence[Any], shared: Sequence[object]
+        self,
+        function: Callable[[Any], Any],
+        items: Sequence[Any],
+        shared: Sequence[object],
+        early: Collection[object] = (),
     ) -> Generator[Chunk, None, None]:
         """Yield chunks of items with their results, as they are done."""
         # A fork copies the locks that other threads hold: work within a thread starts none.
         if self.workers == 1 or not _forks or current_thread() is not main_thread():
-            yield from completed_in_threads(function, items, self.workers)
+            yield from completed_in_threads(function, items, self.workers, early)
             return
         done = 0
         name = getattr(
@@ -211,10 +220,15 @@ class WorkerPool:
                 return
         # The first series is known to the workers, its items by their numbers.
         known = range(len(items)) if pickled is None else items
-        yield from self._in_processes(name, pickled, known, done)
+        yield from self._in_processes(name, pickled, known, done, early)
 
     def _in_processes(
-        self, name: str, pickled: bytes | None, items: Sequence[Any], done: int
+        self,
+        name: str,
+        pickled: bytes | None,
+        items: Sequence[Any],
+        done: int,
+        early: Collection[object],
     ) -> Generator[Chunk, None, None]:
         """Yield chunks of the items that are not done."""
         from concurrent.futures.process import BrokenProcessPool
@@ -223,7 +237,7 @@ class WorkerPool:
         submit = self._executor.submit
         chunks = completed(
             lambda some: submit(work_in_process, pickled, some),
-            items, self._capacity, MIN_CHUNK_TIME, done,
+            items, self._capacity, MIN_CHUNK_TIME, done, early=early,
         )  # fmt: skip
         try:
             for chunk in chunks:
@@ -349,6 +363,7 @@ def completed(
     *,
     lost: type[Exception] | tuple[()] = (),
     in_progress: dict[Any, range] | None = None,
+    early: Collection[object] = (),
 ) -> Generator[Chunk, None, None]:
     """Yield chunks of items with their results, in the order in which an executor does them.
 
@@ -368,6 +383,8 @@ def completed(
         What is raised where workers died: the chunk is yielded without results.
     in_progress : dict, optional
         Holds the futures of submitted chunks, with the numbers of their items.
+    early : collection, optional
+        Results that wait for earlier ones; nothing is submitted while there are `MAX_EARLY`.
 
     Raises
     ------
@@ -379,7 +396,7 @@ def completed(
     in_progress = {} if in_progress is None else in_progress
     size, end, fault = 1, len(items), None
     while begin < end or min((each.start for each in in_progress.values()), default=end) < end:
-        most = capacity()
+        most = capacity() if len(early) < MAX_EARLY else 0
         while begin < end and len(in_progress) < most:
             # Towards the end chunks are small, so that no worker waits long for the last one.
             numbers = range(begin, begin + max(min(size, (end - begin) // most), 1))
@@ -411,9 +428,12 @@ def completed_here(
 
 
 def completed_in_threads(
-    function: Callable[[Item], Any], items: Sequence[Item], threads: int
+    function: Callable[[Item], Any],
+    items: Sequence[Item],
+    threads: int,
+    early: Collection[object] = (),
 ) -> Generator[Chunk, None, None]:
-    """Yield the items with their results, as threads do them."""
+    """Yield the items with their results, as threads do them; `early` as `completed`."""
     if threads <= 1:
         yield from completed_here(function, items, range(len(items)))
         return
@@ -423,7 +443,7 @@ def completed_in_threads(
     try:
         yield from completed(
             lambda some: executor.submit(work_on, function, some),
-            items, lambda: QUEUED_PER_WORKER * threads, in_progress=in_progress,
+            items, lambda: QUEUED_PER_WORKER * threads, in_progress=in_progress, early=early,
         )  # fmt: skip
         executor.shutdown()
     finally:
@@ -431,9 +451,11 @@ def completed_in_threads(
         wait([future for future in in_progress if not future.done()], SHUTDOWN_TIMEOUT)
 
 
-def in_order(chunks: Iterable[Chunk]) -> Generator[Any, None, None]:
-    """Yield the results of all items in order."""
-    early, due = dict[int, list[Any]](), 0
+def in_order(
+    chunks: Iterable[Chunk], early: dict[int, list[Any]]
+) -> Generator[Any, None, None]:
+    """Yield the results of all items in order; `early` holds those that wait for others."""
+    due = 0
     for chunk in chunks:
         early[chunk.begin] = chunk.results
         while due in early:

@@ -109,7 +109,8 @@ def solve_design(case: Case, work: Work) -> DesignResult:
         return study.solve()
     except KeyboardInterrupt:
         if not study.candidates:  # within the first round
-            terminal.print_stderr("the same command with --resume keeps finished cases")
+            if work.store is not None and len(work.store):
+                terminal.print_stderr("the same command with --resume keeps finished cases")
             raise
         return study.partial()
 

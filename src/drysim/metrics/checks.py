@@ -105,11 +105,6 @@ class Check:
         bound, unit = parse_limit(form["limit"], UNITS[metric]), unit_suffix(form["limit"])
         return cls(text, metric, op, bound, unit=unit)
 
-    @classmethod
-    def of_result(cls, text: str) -> Check:
-        """Return a check of a result, without its conditions, from its text in drysim.json."""
-        return replace(cls.comparison(text.removesuffix(WITH_EVERY_SEED)), text=text)
-
     def with_values(self, here: Mapping[str, float | None]) -> Check:
         """Return the check for a scenario in which some keys have these values."""
         known = (replace(one, here=here.get(one.key, one.here)) for one in self.conditions)

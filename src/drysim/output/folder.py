@@ -233,7 +233,8 @@ def _mark_partial(
             recover(target, sibling(target, "replaced"))
             # Without its marker the next run would not recognise the cases as drysim's.
             remove_contents(partial, {*STORES, MARKER} if resume else set())
-            write_marker(partial, '{"format": 1, "complete": false}\n')
+            marker = {"format": FORMAT_VERSION, "complete": False}
+            write_marker(partial, json.dumps(marker) + "\n")
             yield LockedFolder(folder, partial, partial.stat())
         except NotReplacedError:
             raise

@@ -61,8 +61,8 @@ MAX_SCENARIO, MAX_LISTED = 100_000, 300
 WHY = "“Why to believe it”"
 """The part of the page on files and numbers."""
 
-KEY_ROWS = 6
-"""Main results at the top of the page."""
+KEY_ROWS, DIGIT = 6, re.compile(r"\d")
+"""Main results at the top of the page: those with numbers."""
 
 # The page.
 
@@ -81,7 +81,7 @@ class Shown(NamedTuple):
     caption: str
     source: str
     """Its content as `data:` address, or the name of a file that no page can show."""
-    is_link: bool = False
+    is_file: bool = False
 
 
 @overload
@@ -153,7 +153,7 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
     environment.filters["code"] = code
     state, verdict = judge(fields, summary, notes)
     text, varied = scenario_text(folder), varied_keys(fields)
-    pictures = list(pictures_in(folder, kind)) if plots else []
+    pictures = list(pictures_in(folder, kind, fields["files"])) if plots else []
     rows = [(row, meaning_of_row(row, fields)) for group in summary.groups for row in group]
     parts = (summary, *summary.parts)
     # A bench and the hard cases have several scenarios.
@@ -176,12 +176,13 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
         mark=MARKS[state],
         verdict=verdict,
         checks=[(check_mark(passed)[0], sentence) for passed, sentence in summary.checks],
-        key_rows=[row for row, _ in rows[:KEY_ROWS]],
+        key_rows=[row for row, _ in rows if row.label and DIGIT.search(row.value)][:KEY_ROWS],
         rows=rows,
         tables=[
             (title or table.title, list(zip(*table.columns, strict=True)))
             for title, part in (("", summary), *((one.name, one) for one in summary.parts))
             for table in (*filter(None, [part.table]), *part.details)
+            if table.columns
         ],
         legend=legend([row for row, _ in rows], kind.legend),
         notes=notes,
@@ -199,19 +200,27 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
 def scenario_text(folder: Path) -> str:
     """Return the content of scenario.yaml; empty if there is none."""
     file = folder / SCENARIO_FILE
-    return file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+    with suppress(OSError):
+        return file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+    return ""
 
 
-def pictures_in(folder: Path, kind: Kind) -> Iterator[Shown]:
-    """Yield the pictures in a folder."""
+MEDIA_TYPES = {PNG: "image/png", SVG: "image/svg+xml"}
+"""Media types of the pictures that a page can show."""
+
+
+def pictures_in(folder: Path, kind: Kind, listed: Collection[str]) -> Iterator[Shown]:
+    """Yield the pictures of a result in its folder, of which `listed` are its files."""
     for picture in kind.pictures:
-        for form, media_type in ((PNG, "image/png"), (SVG, "image/svg+xml")):
+        for form in (PNG, SVG, PDF):
             file = folder / f"{picture.name}.{form}"
-            if file.is_file():
-                yield Shown(picture.caption, data_address(file, media_type))
-        file = folder / f"{picture.name}.{PDF}"
-        if file.is_file():
-            yield Shown(picture.caption, file.name, is_link=True)
+            if file.name not in listed or not file.is_file():
+                continue
+            if form == PDF:
+                yield Shown(picture.caption, file.name, is_file=True)
+                continue
+            with suppress(OSError):  # the notes name a file that cannot be read
+                yield Shown(picture.caption, data_address(file, MEDIA_TYPES[form]))
 
 
 def data_address(file: Path, media_type: str) -> str:
@@ -232,11 +241,11 @@ def sketch(folder: Path, varied: Collection[str]) -> Shown | None:
 
     try:
         scenario = drysim.load(folder / SCENARIO_FILE)
-    except DrysimError:
+        if scenario.fit is not None:
+            return None
+        plant, law = scenario.oscillator.plant(), scenario.law()
+    except DrysimError:  # as without the record of a force
         return None
-    if scenario.fit is not None:
-        return None
-    plant, law = scenario.oscillator.plant(), scenario.law()
     parts = [text for _, text in wording.describe_scene(scenario, plant, law, varied)]
     with TemporaryDirectory(prefix="drysim-") as place:
         file = Path(place, f"model.{PNG}")
@@ -293,19 +302,21 @@ def judge(
         "good enough is for the reader to decide."
     )
     if failed and summary.conclusion:
-        count = "one check" if failed == 1 else f"{failed} checks"
-        sentence = f"Some cases fail {count}; {summary.conclusion[0].sentence}."
+        verb = "fails" if failed == 1 else "fail"
+        sentence = f"{summary.conclusion[0].sentence.capitalize()}."
+        reservations.append(f"{failed} of {every} {verb} in some cases")
     elif failed:
         verb = "fails" if failed == 1 else "fail"
         sentence = f"{failed} of {every} {verb}: the result does not meet its requirements."
         faults.append(sentence)
     elif skipped:
-        reservations.append(f"{skipped} of {every} could not be judged")
         sentence = "The others hold." if skipped < len(checks) else "No check was judged."
     elif checks:
         of_many = "Both checks hold" if len(checks) == 2 else f"All {every} hold"
         holds = "The check holds" if len(checks) == 1 else of_many
         sentence = f"{holds}: the result meets the requirements of its scenario."
+    if skipped:
+        reservations.append(f"{skipped} of {every} could not be judged")
     if fields["warnings"]:
         slugs = ", ".join(dict.fromkeys(one["slug"] for one in fields["warnings"]))
         count = format_count(len(fields["warnings"]), "warning")
@@ -315,6 +326,8 @@ def judge(
     lines = [*faults, *([] if sentence in faults else [sentence])]
     if reservations and not faults:
         passed = "Passed, with reservations" if checks else "No verdict, and reservations"
+        if failed:
+            passed = "An admissible case is known, with reservations"
         lines.insert(0, f"{passed}: {'; '.join(reservations)}.")
     elif reservations:
         lines.append(f"Besides: {'; '.join(reservations)}.")

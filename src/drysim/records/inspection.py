@@ -98,9 +98,6 @@ MAX_LISTED = 8
 MIN_ROWS = 2
 """Rows from which a time step follows."""
 
-MAX_LINE = 10_000
-"""Bytes at the end of a file in which its last row is looked for."""
-
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", "": "blanks"}
 
 

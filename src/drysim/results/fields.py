@@ -247,12 +247,6 @@ def _extreme_fields(extreme: Extreme, metric: str) -> Fields:
     return {"value": extreme.value, "where": dict(row.point)} | (mean if row.over else {})
 
 
-# Ensembles.
-
-
-# Benches.
-
-
 # Values and text without private data.
 
 

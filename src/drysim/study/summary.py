@@ -15,6 +15,10 @@ GOOD, BAD, PLAIN = "good", "bad", "plain"
 """Tones of a row or a note: an achievement, a violation, a value that does not stand out."""
 
 
+MAX_WIDTH = 200
+"""Largest least width of the values [columns]."""
+
+
 class Row(NamedTuple):
     """A line of a summary: label, value and explanation."""
 
@@ -118,7 +122,12 @@ def from_fields(stored: Any) -> Summary:
     ------
     pydantic.ValidationError
         When it is none.
+    ValueError
+        When it cannot be printed.
     """
     from pydantic import TypeAdapter
 
-    return TypeAdapter(Summary).validate_python(stored)
+    summary = TypeAdapter(Summary).validate_python(stored)
+    if not 0 <= summary.width <= MAX_WIDTH:
+        raise ValueError(f"width {summary.width}")
+    return summary
