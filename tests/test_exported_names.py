@@ -32,14 +32,17 @@ NAMES = [
     "branches",
     "compare",
     "design",
+    "explain",
     "fit",
     "load",
     "map_regimes",
     "plot",
     "report",
     "run",
+    "scenario",
     "simulate",
     "sweep",
+    "validate",
 ]
 
 

@@ -27,7 +27,7 @@ from drysim.errors import RecordError, ScenarioError
 from drysim.orbits.search import find_orbit
 from drysim.scenario.load import load
 from drysim.study.preparation import prepare
-from drysim.study.validate import find_problems
+from drysim.study.validate import validate
 
 # A normal force in scenarios: recorded or lifting; what uses it, refuses it, and says so.
 
@@ -180,7 +180,7 @@ def test_other_laws_take_the_mean_in_a_comparison(scene):
     ],
 )
 def test_faults_are_told_before_anything_is_computed(scene, force, more, sentence):
-    problems = find_problems(str(scene(force, more)))
+    problems = validate(str(scene(force, more)))
     assert [problem.severity for problem in problems] == ["error"]
     assert sentence in problems[0].sentence
 

@@ -14,7 +14,7 @@ import drysim
 from drysim import system
 from drysim.errors import WarningMessage
 from drysim.study import budget, gallery
-from drysim.study.validate import find_problems
+from drysim.study.validate import validate
 from drysim.study.warnings import response_warnings
 
 LOUD = {"excitation.rms": 2.0}
@@ -196,7 +196,7 @@ def test_machine_has_some_memory():
     ],
 )
 def test_validate_says_no_exactly_when_run_would(seat, overrides):
-    errors = [one for one in find_problems(str(seat), overrides) if one.severity == "error"]
+    errors = [one for one in validate(str(seat), overrides) if one.severity == "error"]
     assert bool(errors) == (drysim_says_no(seat, overrides) is not None)
 
 

@@ -63,14 +63,17 @@ __all__ = [
     "branches",
     "compare",
     "design",
+    "explain",
     "fit",
     "load",
     "map_regimes",
     "plot",
     "report",
     "run",
+    "scenario",
     "simulate",
     "sweep",
+    "validate",
 ]
 
 # `save`, `to_frame` and `to_html` are for the methods of results, whose layer is below theirs.
@@ -81,12 +84,13 @@ __getattr__ = lazy_getattr(
         "drysim.errors": (
             "DrysimError OutputError RecordError ScenarioError SolverError UsageError"
         ),
+        "drysim.console.pages": "explain",
         "drysim.output": "save",
         "drysim.output.report": "report",
         "drysim.results.frames": "to_frame",
         "drysim.results.notebook": "to_html",
         "drysim.results.pictures": "plot",
-        "drysim.scenario": "Scenario load",
+        "drysim.scenario": "Scenario load scenario",
         "drysim.study.branches": "BranchesResult branches",
         "drysim.study.compare": "Comparison compare",
         "drysim.study.design": "DesignResult design",
@@ -96,6 +100,7 @@ __getattr__ = lazy_getattr(
         "drysim.study.regimes": "RegimeMap map_regimes",
         "drysim.study.sweep": "sweep",
         "drysim.study.table": "Table",
+        "drysim.study.validate": "validate",
     },
 )
 

@@ -138,7 +138,9 @@ class Document:
 
 
 def read_document(
-    path: str | Path, overrides: Overrides = (), dotted_blocks: Collection[str] = ()
+    path: str | os.PathLike[str],
+    overrides: Overrides = (),
+    dotted_blocks: Collection[str] = (),
 ) -> Document:
     """Read a YAML file and apply overrides.
 
@@ -155,9 +157,38 @@ def read_document(
     UnreadableError
         If the file does not exist or is no YAML mapping; holds the located problem.
     """
-    file = str(path)
-    data = read_bytes(Path(path))
+    file, data = str(path), read_bytes(Path(path))
     text = _decode(data, file)
+    return _to_document(file, text, data, overrides, dotted_blocks)
+
+
+def document_of(
+    value: Mapping[str, object] | str,
+    file: str,
+    overrides: Overrides = (),
+    dotted_blocks: Collection[str] = (),
+) -> Document:
+    """Return the document of a YAML text, or of a mapping, as `read_document` does of a file.
+
+    `file` is its name in messages. A mapping is written as YAML first, so that its problems
+    have a place, too; numpy values and paths become numbers and text.
+    """
+    if isinstance(value, str):
+        text = value
+    else:
+        plain = {
+            str(key): plain_value(_to_node(inner, Location(f"{file}[{str(key)!r}]")))
+            for key, inner in value.items()
+        }
+        text = dump(plain)
+    check_characters(text, file)
+    return _to_document(file, text, text.encode(), overrides, dotted_blocks)
+
+
+def _to_document(
+    file: str, text: str, data: bytes, overrides: Overrides, dotted_blocks: Collection[str]
+) -> Document:
+    """Return the document of a text with overrides; raises like `read_document`."""
     tree, problems = parse(text, make_locator(file, text))
     if tree is None:
         raise Location(file).unreadable("the file is empty")

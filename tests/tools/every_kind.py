@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from functools import cache, partial
+import atexit
+import shutil
+from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import mkdtemp
 from typing import Any
 
 from seat import SEAT
@@ -17,7 +19,10 @@ from drysim.results import KINDS
 from drysim.scenario.model import Scenario
 from drysim.study.gallery import find
 
-NOISE = "{kind: psd, points: [[1, 1], [4, 1]], duration: 9, seeds: 3}"
+NOISE = {
+    "excitation": {"kind": "psd", "points": [[1, 1], [4, 1]], "duration": 9, "seeds": 3},
+    "measure": None,
+}
 SWEPT = "sweep: {friction.kinetic: [5, 15], oscillator.mass: [70, 80]}\n"
 DESIGN = "design: {vary: {oscillator.damping: {from: 100, to: 900}}, minimise: T_a}\n"
 KNOWN = "oscillator: {mass: 75, stiffness: 7500, damping: 500}\nfriction: {law: coulomb}\n"
@@ -27,42 +32,37 @@ COARSE = {"sweep.friction.kinetic.count": 5, "sweep.excitation.frequency.count":
 CHECKS = "checks: [T_a < 9]\n"
 
 
-def loaded(text: str, overrides: Any = ()) -> Scenario:
-    """Return the scenario of a text."""
-    with TemporaryDirectory() as folder:
-        (Path(folder) / "seat.yaml").write_text(text, encoding="utf-8")
-        return drysim.load(Path(folder) / "seat.yaml", overrides)
-
-
-def fitted() -> Any:
-    """Return the fit of a short twin."""
-    with TemporaryDirectory() as folder:
-        write_twin(Path(folder), TRUTH, seconds=2.0, noise={"x_dd": 0.01})
-        (Path(folder) / "twin.yaml").write_text(fit_text(KNOWN, "friction.kinetic: {}"))
-        return drysim.fit(drysim.load(Path(folder) / "twin.yaml"))
+@cache
+def twin() -> Scenario:
+    """Return the scenario of a fit to a short twin."""
+    folder = Path(mkdtemp())
+    atexit.register(shutil.rmtree, folder)
+    write_twin(folder, TRUTH, seconds=2.0, noise={"x_dd": 0.01})
+    (folder / "twin.yaml").write_text(fit_text(KNOWN, "friction.kinetic: {}"))
+    return drysim.load(folder / "twin.yaml")
 
 
 def timed() -> Any:
     """Return a bench of one short time history, without peers."""
     options = BenchOptions(samples=200, repeats=1, patience=0.01, peers=())
-    return speed_error.time_history_bench([loaded(SEAT)], options).run(lambda: None)
+    return speed_error.time_history_bench([drysim.scenario(SEAT)], options).run(lambda: None)
 
 
 def judged() -> Any:
     """Return one hard case."""
-    return hard_cases.run([loaded(SEAT + CHECKS)], 30.0, lambda: None)
+    return hard_cases.run([drysim.scenario(SEAT + CHECKS)], 30.0, lambda: None)
 
 
 WAYS = {
-    "run": lambda: drysim.run(loaded(SEAT + CHECKS)),
-    "ensemble": lambda: drysim.run(loaded(SEAT, [f"excitation={NOISE}", "measure=null"])),
-    "sweep": lambda: drysim.sweep(loaded(SEAT + SWEPT + CHECKS)),
-    "comparison": lambda: drysim.compare(loaded(SEAT + SWEPT), ["signum", "stick-slip"]),
+    "run": lambda: drysim.run(drysim.scenario(SEAT + CHECKS)),
+    "ensemble": lambda: drysim.run(drysim.scenario(SEAT, NOISE)),
+    "sweep": lambda: drysim.sweep(drysim.scenario(SEAT + SWEPT + CHECKS)),
+    "comparison": lambda: drysim.compare(drysim.scenario(SEAT + SWEPT), "signum", "stick-slip"),
     "bench": timed,
     "hard": judged,
-    "fit": fitted,
-    "design": lambda: drysim.design(loaded(SEAT + DESIGN + CHECKS)),
-    "branches": lambda: drysim.branches(loaded(SEAT, BRANCHES)),
+    "fit": lambda: drysim.fit(twin()),
+    "design": lambda: drysim.design(drysim.scenario(SEAT + DESIGN + CHECKS)),
+    "branches": lambda: drysim.branches(drysim.scenario(SEAT, BRANCHES)),
     "map": lambda: drysim.map_regimes(drysim.load(find("regime-map").file, COARSE)),
 }
 """How each kind of result is computed."""
@@ -74,6 +74,3 @@ assert WAYS.keys() == KINDS.keys()
 def result_of(kind: str) -> Any:
     """Return the result of a kind."""
     return WAYS[kind]()
-
-
-everything = partial(map, result_of, KINDS)

@@ -552,7 +552,7 @@ def validate(
 ) -> int:
     """Check scenario files without computing."""
     from drysim.console import problems
-    from drysim.study.validate import find_problems
+    from drysim.study.validate import validate as find_problems
 
     found = {file: find_problems(file, changes or []) for file in scenarios}
     failing = ("error", "warning") if strict else ("error",)

@@ -53,14 +53,10 @@ def manual(name: Name = None, listed: List = False) -> int:
 def explain(word: Word) -> int:
     """Explain a word: key, metric, symbol, column, warning, law."""
     from drysim.console.pages import show_entries
-    from drysim.manual.words import closest_word
-    from drysim.manual.words import explain as meanings
-    from drysim.messages import did_you_mean
+    from drysim.console.terminal import stdout
+    from drysim.manual.words import known_entries
 
-    found = meanings(word)
-    if not found:
-        sentence = f"nothing is known about `{word}`{did_you_mean(closest_word(word))}"
-        raise UsageError(sentence, "`drysim manual --list` shows the pages of the manual")
+    found = known_entries(word)
     with tolerate_closed_pipe():
-        show_entries(found)
+        show_entries(found, stdout())
     return EXIT_OK

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from io import StringIO
+from typing import TYPE_CHECKING
 
 from drysim.console import terminal
 from drysim.manual import SECTIONS, Page, for_terminal, pages
-from drysim.manual.words import Entry
+from drysim.manual.words import Entry, known_entries
+
+if TYPE_CHECKING:
+    from drysim.console.terminal import AnyConsole
 
 
 def show_page(page: Page) -> None:
@@ -30,14 +35,36 @@ def list_pages() -> None:
             terminal.print_stdout(f"  {name:<{width}}{known[name].title}")
 
 
-def show_entries(entries: Iterable[Entry]) -> None:
+def explain(word: str) -> str:
+    """Return what a word means, as `drysim explain` shows it.
+
+    Parameters
+    ----------
+    word : str
+        A key of scenarios, a metric, symbol, column, warning, law, command or option.
+
+    Returns
+    -------
+    str
+        Its meanings; several follow each other.
+
+    Raises
+    ------
+    UsageError
+        When nothing is known about it; suggests the closest word.
+    """
+    text = StringIO()
+    show_entries(known_entries(word), terminal.PlainConsole(text))
+    return text.getvalue().rstrip("\n")
+
+
+def show_entries(entries: Iterable[Entry], console: AnyConsole) -> None:
     """Show what a word means; several meanings follow each other."""
     for i, entry in enumerate(entries):
         if i:
-            terminal.print_stdout("")
+            terminal.print_line(console)
         unit = f" [{entry.unit}]" if entry.unit and entry.unit not in "-–" else ""
-        terminal.print_stdout(f"{entry.word}{unit}: {entry.kind}")
-        console = terminal.stdout()
+        terminal.print_line(console, f"{entry.word}{unit}: {entry.kind}")
         terminal.print_paragraph(console, "  ", entry.text)
         facts = {"default": entry.default, "where": entry.where, "example": entry.example}
         for name, fact in facts.items():

@@ -14,9 +14,10 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from drysim.approach import APPROACHES_BY_NAME
+from drysim.errors import UsageError
 from drysim.excitation.random import MACHINE_CLASSES
 from drysim.manual import pages
-from drysim.messages import closest_match
+from drysim.messages import closest_match, did_you_mean
 from drysim.metrics.table import FIT_METRICS, METRICS
 from drysim.scenario.reading import TAG_KEYS
 from drysim.study.gallery import SCHEMA_FILE, folder, list_scenarios
@@ -263,6 +264,21 @@ def explain(word: str) -> list[Entry]:
     if not found and not word.startswith("-"):
         found = explain(f"--{word}")
     return [_with_example(one) for one in found]
+
+
+def known_entries(word: str) -> list[Entry]:
+    """Return the entries of a word as `explain`.
+
+    Raises
+    ------
+    UsageError
+        When there are none.
+    """
+    found = explain(word)
+    if not found:
+        sentence = f"nothing is known about `{word}`{did_you_mean(closest_word(word))}"
+        raise UsageError(sentence, "`drysim manual --list` shows the pages of the manual")
+    return found
 
 
 def closest_word(word: str) -> str | None:

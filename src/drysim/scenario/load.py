@@ -1,4 +1,4 @@
-"""Load a scenario from a file, or report all its errors.
+"""Load a scenario from a file, a mapping or text, or report all its errors.
 
 1. The document is read, and its keys are compared with those of the models.
 2. The sweep block is read; its values follow the rules of the swept keys.
@@ -39,13 +39,25 @@ from drysim.scenario.reading import (
     validation_faults,
 )
 from drysim.wording import format_count
-from drysim.yaml_document import Overrides, UnreadableError, read_document
+from drysim.yaml_document import (
+    Document,
+    Overrides,
+    UnreadableError,
+    document_of,
+    read_document,
+)
 
 KIND_KEY = ("excitation", "kind")
 """Key shown in place of a missing block that the kind of excitation requires."""
 
+DOTTED_BLOCKS = (SWEEP_KEY, FREE_PATH, VARY_PATH, OVER_PATH)
+"""Blocks whose keys contain dots."""
 
-def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
+NO_FILE = "<scenario>"
+"""Name of a scenario without a file in messages."""
+
+
+def load(path: str | PathLike[str], overrides: Overrides = ()) -> Scenario:
     """Load a scenario from a YAML file.
 
     Parameters
@@ -74,9 +86,52 @@ def load(path: str | Path, overrides: Overrides = ()) -> Scenario:
         text = shorten(repr(path))
         raise UsageError(f"the scenario must be given as the path of a file, not as {text}")
     try:
-        document = read_document(path, overrides, (SWEEP_KEY, FREE_PATH, VARY_PATH, OVER_PATH))
+        document = read_document(path, overrides, DOTTED_BLOCKS)
     except UnreadableError as fault:
         raise _scenario_error(str(path), [_with_record_hint(fault.problem)]) from None
+    return validated(document)
+
+
+def scenario(source: Mapping[str, object] | str, overrides: Overrides = ()) -> Scenario:
+    """Make a scenario from a mapping, or from YAML text.
+
+    Parameters
+    ----------
+    source : mapping or str
+        The keys of a scenario file as nested mappings, or the text of such a file. Paths of
+        records are relative to the working directory.
+    overrides : mapping or sequence of str
+        As in `load`.
+
+    Returns
+    -------
+    Scenario
+        As `load` returns it.
+
+    Raises
+    ------
+    ScenarioError
+        With every error, at its place in the text; that of a mapping is its YAML.
+    UsageError
+        If `source` is neither a mapping nor text, or is the name of a file.
+    """
+    if not isinstance(source, Mapping | str):
+        text = shorten(repr(source))
+        raise UsageError(
+            f"the scenario must be given as a mapping or as YAML text, not as {text}",
+            "drysim.load reads a file",
+        )
+    if isinstance(source, str) and Path(source).suffix in (".yaml", ".yml"):
+        raise UsageError(f"{shorten(source)} is the name of a file", "drysim.load reads a file")
+    try:
+        document = document_of(source, NO_FILE, overrides, DOTTED_BLOCKS)
+    except UnreadableError as fault:
+        raise _scenario_error(NO_FILE, [fault.problem]) from None
+    return validated(document)
+
+
+def validated(document: Document) -> Scenario:
+    """Return the scenario of a document, or raise `ScenarioError` with all its errors."""
     words = with_placeholders(document.value)
     model, scenario = _choose_model(words), None
     reading = Reading(document, model)

@@ -241,7 +241,7 @@ def parse_names(text_or_names: str | Sequence[str]) -> tuple[str, ...]:
 def compare(
     scenario: Scenario,
     names: str | Sequence[str],
-    *,
+    *more: str,
     workers: int | None = None,
     finished: BatchCallback = ignore_batch,
 ) -> Comparison:
@@ -254,6 +254,8 @@ def compare(
     names : str or sequence of str
         Approaches and friction laws, such as `"signum vs stick-slip"` or a list of them; the
         last is the reference. `viscous` is added.
+    *more : str
+        Further names, as in `compare(scenario, "signum", "stick-slip")`.
     workers : int, optional
         Number of workers.
     finished : callable, optional
@@ -271,6 +273,8 @@ def compare(
     ScenarioError
         When the scenario lacks a key of a law.
     """
+    if more:
+        names = [*([names] if isinstance(names, str) else names), *more]
     names = parse_names(names)
     require_scenario(scenario)
     case = prepare(scenario.variant(names[-1]), compared=True, swept=True)

@@ -1,25 +1,51 @@
-"""All problems of a scenario file, found without computing: `drysim validate`."""
+"""All problems of a scenario, found without computing: `drysim validate`."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
+from os import PathLike
 
 from drysim.errors import Problem, RecordError, ScenarioError, UsageError
 from drysim.excitation.recorded import Record
-from drysim.scenario.load import load
+from drysim.scenario.load import NO_FILE, load
+from drysim.scenario.load import scenario as make_scenario
 from drysim.scenario.model import Scenario
 from drysim.study.preparation import prepare, without_fit_checks
 from drysim.wording import describe_clean_up
+from drysim.yaml_document import Overrides
 
 
-def find_problems(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ...]:
-    """Return all problems of a scenario file with `KEY=VALUE` overrides.
+def validate(
+    source: str | PathLike[str] | Mapping[str, object] | Scenario, overrides: Overrides = ()
+) -> tuple[Problem, ...]:
+    """Return all problems of a scenario, without computing.
 
-    Problems of severity `error` are those for which `run`, or `fit` where values are to be
-    fitted, refuses to compute.
+    Parameters
+    ----------
+    source : str, Path, mapping or Scenario
+        A scenario file, the keys of one as nested mappings, or a scenario that was loaded.
+    overrides : mapping or sequence of str
+        As in `load`; none for a scenario that was loaded.
+
+    Returns
+    -------
+    tuple of Problem
+        Each with its `.sentence`, its place (`.file`, `.line`, `.column`) and its `.severity`:
+        an `error`, for which `run`, or `fit` where values are to be fitted, refuses to compute,
+        a `warning` or a `note`. Without errors the scenario runs.
+
+    Raises
+    ------
+    UsageError
+        If `source` or the overrides have another type.
     """
+    file = NO_FILE if isinstance(source, Mapping | Scenario) else str(source)
     try:
-        notes, warned = describe_scenario(load(file, overrides))
+        scenario = _load(source, overrides)
+    except ScenarioError as fault:
+        return fault.problems
+    try:
+        notes, warned = describe_scenario(scenario)
     except ScenarioError as fault:
         return fault.problems
     except RecordError as fault:
@@ -30,6 +56,19 @@ def find_problems(file: str, overrides: Sequence[str] = ()) -> tuple[Problem, ..
         *(Problem(words, file, severity="note") for words in notes),
         *(Problem(words, file, severity="warning") for words in dict.fromkeys(warned)),
     )
+
+
+def _load(
+    source: str | PathLike[str] | Mapping[str, object] | Scenario, overrides: Overrides
+) -> Scenario:
+    """Return a scenario, whatever it is given as."""
+    if isinstance(source, Scenario):
+        if overrides:
+            raise UsageError("a scenario that was loaded takes no overrides")
+        return source
+    if isinstance(source, Mapping):
+        return make_scenario(source, overrides)
+    return load(source, overrides)
 
 
 def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
