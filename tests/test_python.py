@@ -123,3 +123,13 @@ def test_words_are_explained_as_by_the_command(drysim_command):
         assert f"{drysim.explain(word)}\n" == drysim_command("explain", word).out
     with pytest.raises(UsageError, match=r"nothing is known about `T_aa`; did you mean"):
         drysim.explain("T_aa")
+
+
+def test_names_of_a_comparison_are_listed_or_given_one_by_one(seat):
+    scenario = drysim.load(seat)
+    one = drysim.compare(scenario, "signum", "stick-slip")
+    assert one == drysim.compare(scenario, names=["signum", "stick-slip"])
+    assert one == drysim.compare(scenario, "signum vs stick-slip")
+    assert drysim.compare(scenario, ["smooth", "signum"], "moreau").yardstick == "moreau"
+    with pytest.raises(UsageError, match="expected names"):
+        drysim.compare(scenario, "signum", 5)

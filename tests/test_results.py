@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import copy
 import csv
+import dataclasses
 import html
 import json
+import math
+import pickle
 import sys
 from pathlib import Path
 
 import numpy as np
 import pandas
 import pytest
-from every_kind import result_of
+from every_kind import WAYS, result_of
+from seat import SEAT
 
 import drysim
 from drysim.errors import OutputError, UsageError
@@ -193,3 +198,39 @@ def test_text_in_a_notebook_is_escaped():
     assert table_html([("<script>",)], ("a & b",)) == (
         "<table><tr><th>a &amp; b</th></tr><tr><td>&lt;script&gt;</td></tr></table>"
     )
+
+
+TIMED = ("bench", "hard")
+"""Kinds that hold computing times, which no second run repeats."""
+
+
+@every_kind
+def test_result_equals_its_copies_and_the_same_work_done_again(kind):
+    result = result_of(kind)
+    for again in (pickle.loads(pickle.dumps(result)), copy.copy(result), copy.deepcopy(result)):
+        assert again == result
+        assert hash(again) == hash(result)
+    assert (WAYS[kind]() == result) == (kind not in TIMED)
+
+
+@every_kind
+def test_result_differs_from_one_of_another_scenario_or_with_other_numbers(kind):
+    result = result_of(kind)
+    names = [one.name for one in dataclasses.fields(result) if one.compare]
+    given = [name for name in names if getattr(result, name) is not None]
+    others = [dataclasses.replace(result, **{name: None}) for name in given]
+    assert others
+    assert result not in others
+    assert result not in [result_of(other) for other in KINDS if other != kind]
+    assert result != repr(result)
+
+
+def test_outcomes_with_other_friction_differ():
+    (first, second) = (
+        drysim.run(drysim.scenario(SEAT, {"friction.kinetic": x})) for x in (15, 16)
+    )
+    assert first != second
+    assert first == drysim.run(first.scenario)
+    other = dataclasses.replace(first, metrics=first.metrics | {"T_a": math.nan})
+    assert first != other
+    assert other == copy.deepcopy(other)

@@ -483,13 +483,13 @@ class Response:
         Continuous solution; None where only the grid was computed.
     """
 
-    plant: Plant
-    law: AnyLaw
-    motion: Sines | Samples
-    grid: Grid
+    plant: Plant = field(compare=False)
+    law: AnyLaw = field(compare=False)
+    motion: Sines | Samples = field(compare=False)
+    grid: Grid = field(compare=False)
     events: Events
     numerics: Numerics
-    trajectory: Trajectory | None = None
+    trajectory: Trajectory | None = field(default=None, compare=False)
 
     def __len__(self) -> int:
         """Number of grid points."""

@@ -7,7 +7,7 @@ every approach with several steps, methods and sharpnesses.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import sqrt
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
@@ -117,7 +117,7 @@ class BenchCase:
     kind: ClassVar[str] = "bench"
 
     scenario: Scenario
-    motion: Sines | Samples | None
+    motion: Sines | Samples | None = field(compare=False)
     words: tuple[tuple[str, str], ...]
     scores: tuple[Score, ...]
     lfilter: float

@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -227,7 +227,7 @@ class BranchesResult(Result):
     kind: ClassVar[str] = "branches"
 
     scenario: Scenario
-    case: Case
+    case: Case = field(compare=False)
     axis: Axis
     own: float | None
     branches: tuple[Branch, ...]

@@ -224,7 +224,7 @@ class DesignResult(Result):
     kind: ClassVar[str] = "design"
 
     source: Scenario
-    case: Case
+    case: Case = field(compare=False)
     candidates: tuple[Candidate, ...]
     converged: bool = False
     optimum: Region | None = None

@@ -33,7 +33,7 @@ Method
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import ClassVar, NamedTuple, Self, TypeVar
 
@@ -352,7 +352,7 @@ class FitResult(Result):
 
     source: Scenario
     scenario: Scenario
-    motion: Sines | Samples
+    motion: Sines | Samples = field(compare=False)
     measurement: Measurement
     prediction: Prediction
     selected: Mask

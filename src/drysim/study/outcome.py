@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, overload
+
+import numpy as np
 
 import drysim
 from drysim.errors import EXIT_CHECK_FAILED, EXIT_NUMERICS_FAILED, EXIT_OK, WarningMessage
@@ -49,7 +51,8 @@ class Result:
     """What all results share: pictures, tables, files, a report, and an exit code.
 
     Each of them is that of the kind of result, which lies in a higher layer and is imported
-    through the package when it is needed.
+    through the package when it is needed. Two results are equal if they are of the same
+    scenario and have the same numbers.
     """
 
     kind: ClassVar[str]
@@ -59,6 +62,14 @@ class Result:
     def has_failed_cases(self) -> bool:
         """Whether the numerics failed in one of many cases; a single one raises an error."""
         return False
+
+    def __eq__(self, other: object) -> bool:
+        """Whether another result is of the same scenario and has the same numbers."""
+        return same(self, other)
+
+    def __hash__(self) -> int:
+        """Return the hash of the representation, which equal results share."""
+        return hash(repr(self))
 
     def plot(self, picture: str | None = None) -> Any:
         """Return a picture of the result, a figure of matplotlib; see `drysim.plot`."""
@@ -178,6 +189,27 @@ class Outcome(Result):
         return format_repr(
             "Outcome", self.scenario.name, format_metrics(self.metrics), many, verdicts
         )
+
+
+def same(value: Any, other: Any) -> bool:
+    """Whether two values hold the same numbers, arrays included; NaN equals NaN.
+
+    Fields of dataclasses with `compare=False` follow from the others and are ignored.
+    """
+    if type(value) is not type(other):
+        return False
+    if isinstance(value, np.ndarray):
+        return np.array_equal(value, other, equal_nan=value.dtype.kind in "fc")
+    if is_dataclass(value):
+        names = [field.name for field in fields(value) if field.compare]
+        return all(same(getattr(value, name), getattr(other, name)) for name in names)
+    if isinstance(value, Mapping):
+        return value.keys() == other.keys() and all(
+            same(value[key], other[key]) for key in value
+        )
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return len(value) == len(other) and all(map(same, value, other))
+    return bool(value == other or (value != value and other != other))
 
 
 # One-line representations for notebooks and debuggers.

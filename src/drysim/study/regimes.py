@@ -29,7 +29,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
@@ -372,7 +372,7 @@ class RegimeMap(Result):
 
     kind: ClassVar[str] = "map"
 
-    case: Case
+    case: Case = field(compare=False)
     axes: tuple[KeyRange, KeyRange]
     grid: Grid
     labels: Labels
@@ -903,12 +903,12 @@ def find_place(plane: OrbitPlane | RatePlane, grid: Grid) -> Place:
         above = [one for one in found if one[0] >= own[i]]
         for side, is_above in ((below, False), (above, True)):
             of_regime = [one for one in side if one[1] == REGIME]
-            for share, field, one in dict.fromkeys([*side[:1], *of_regime[:1]]):
-                sentence = describe_change(field, one.after if is_above else one.before)
+            for share, name, one in dict.fromkeys([*side[:1], *of_regime[:1]]):
+                sentence = describe_change(name, one.after if is_above else one.before)
                 if isinstance(net, RateNet):
                     sentence = describe_level((one.before, one.after))
                 distance = float(axis.value(share)) - values[axis.key]
-                change = (distance, float(share - own[i]), field, sentence)
+                change = (distance, float(share - own[i]), name, sentence)
                 changes.append(Change(axis.key, axis.unit, *change))
     return Place(values, labels, tuple(changes), True, rates_of(net, at))
 

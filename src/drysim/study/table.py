@@ -101,9 +101,9 @@ class Table(Result):
     checks: tuple[Verdict, ...] = ()
     warnings: tuple[WarningMessage, ...] = ()
     complete: bool = True
-    motion: Sines | Samples | None = None
-    numerics: Mapping[str, object] = field(default_factory=dict)
-    summary: Mapping[str, Tally] = field(default_factory=dict)
+    motion: Sines | Samples | None = field(default=None, compare=False)
+    numerics: Mapping[str, object] = field(default_factory=dict, compare=False)
+    summary: Mapping[str, Tally] = field(default_factory=dict, compare=False)
     inputs: tuple[Input, ...] = ()
     records: tuple[RecordSummary, ...] = ()
     jumps: tuple[Jump, ...] | None = None
