@@ -217,13 +217,15 @@ class Table(Result):
         own = self.own_tally
         if own is None or not self.has_frequency_curves or own.cases > MAX_ISOLATION_CASES:
             return None
-        batches = list(self._batches_of(own))
-        columns = {
-            key: np.concatenate([batch.points[key] for batch in batches])
-            for key in batches[0].points
-        }
+        # Copies: a view would keep all columns of its batch in memory.
+        parts = [
+            {key: np.array(column) for key, column in batch.points.items()}
+            | {"T_a": np.array(batch.metrics["T_a"])}
+            for batch in self._batches_of(own)
+        ]
+        columns = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
         f = columns.pop(FREQUENCY_KEY)
-        amplifies = ~(self._column(own, lambda batch: batch.metrics["T_a"]) < 1.0)
+        amplifies = ~(columns.pop("T_a") < 1.0)
         curve = np.zeros(len(f), dtype=np.intp)  # number of the curve of each case
         for column in columns.values():
             values, inverse = np.unique(column, return_inverse=True)
