@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from drysim.errors import UsageError
 from drysim.messages import name_hint
 from drysim.results import kind_of
+from drysim.results.tables import require_package
 
 if TYPE_CHECKING:
     from drysim.results.kind import File
@@ -26,7 +27,7 @@ HEADER = re.compile(r"(?P<name>[^\[]+?)(?: \[(?P<unit>[^\]]*)\])?")
 
 def to_frame(result: AnyResult, table: str | None = None) -> Any:
     """Return a table of a result as a DataFrame of pandas; see `Result.to_frame`."""
-    require_pandas()
+    require_package("pandas", "pandas", "to_frame")
     kind = kind_of(result)
     files = {Path(file.name).stem: file for file in kind.files if file.name.endswith(".csv")}
     name = next(iter(files)) if table is None else str(table)
@@ -38,21 +39,6 @@ def to_frame(result: AnyResult, table: str | None = None) -> Any:
         if not path.exists():
             raise UsageError(f"there is nothing for the table `{name}` in this result")
         return read_table(path, files[name])
-
-
-def require_pandas() -> None:
-    """Verify that pandas is installed.
-
-    Raises
-    ------
-    UsageError
-        With the command that installs it.
-    """
-    try:
-        import pandas  # noqa: F401 - only to see whether it is installed
-    except ImportError:
-        hint = 'pip install "drysim[pandas]"'
-        raise UsageError("to_frame needs the package pandas", hint) from None
 
 
 def read_table(path: Path, file: File) -> Any:

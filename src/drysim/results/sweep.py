@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drysim import wording
-from drysim.errors import UsageError
 from drysim.metrics.table import PEAK_STROKE
 from drysim.metrics.text import (
     KEY_RATIOS,
@@ -42,6 +41,7 @@ from drysim.results.tables import (
     format_cases,
     has_means,
     key_column,
+    require_package,
     write_csv,
     write_violations,
 )
@@ -456,20 +456,8 @@ PARQUET_FOLDER = "transmissibility"
 
 
 def require_pyarrow() -> None:
-    """Verify, before any work, that pyarrow is installed.
-
-    Raises
-    ------
-    UsageError
-        With the command that installs it.
-    """
-    try:
-        import pyarrow  # noqa: F401 - only to see whether it is installed
-    except ImportError:
-        raise UsageError(
-            "--format parquet needs the package pyarrow, which is not installed",
-            'install it by pip install "drysim[parquet]", or omit --format',
-        ) from None
+    """Verify, before any work, that pyarrow is installed; see `require_package`."""
+    require_package("pyarrow", "parquet", "--format parquet", ", or omit --format")
 
 
 def write_transmissibility_parquet(table: Table, folder: Path) -> None:

@@ -7,6 +7,7 @@ in blocks. Parquet has one file per block of cases.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from importlib import import_module
 from itertools import compress, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,6 +16,7 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
+from drysim.errors import UsageError
 from drysim.metrics.table import LIMITS, METRICS, ORBIT, STOPS, WEIGHTING
 from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.scenario.axes import TEXT_KEYS
@@ -334,3 +336,31 @@ def format_cell(value: float | None) -> str:
 def join_cells(rows: Iterable[Iterable[str]]) -> bytes:
     """Return rows of cells as CSV rows."""
     return "".join(f"{','.join(row)}\n" for row in rows).encode()
+
+
+def require_package(package: str, extra: str, purpose: str, instead: str = "") -> None:
+    """Verify that an optional package is installed.
+
+    Parameters
+    ----------
+    package : str
+        Its name.
+    extra : str
+        The extra of drysim that installs it.
+    purpose : str
+        What needs it.
+    instead : str, optional
+        What else to do.
+
+    Raises
+    ------
+    UsageError
+        With the command that installs it.
+    """
+    try:
+        import_module(package)
+    except ImportError:
+        raise UsageError(
+            f"{purpose} needs the package {package}, which is not installed",
+            f'install it by pip install "drysim[{extra}]"{instead}',
+        ) from None
