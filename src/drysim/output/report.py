@@ -40,7 +40,7 @@ from drysim.output.folder import (
 from drysim.results import KINDS, kind_named, kind_of, stored
 from drysim.results.kind import PDF, PNG, SCENARIO_FILE, SVG
 from drysim.study.outcome import AnyResult
-from drysim.study.summary import BAD, Row, Summary, from_fields
+from drysim.study.summary import BAD, Note, Row, Summary, from_fields
 from drysim.system import NotARegularFile, file_sha256
 from drysim.wording import format_count, format_number
 
@@ -65,14 +65,6 @@ KEY_ROWS, DIGIT = 6, re.compile(r"\d")
 """Main results at the top of the page: those with numbers."""
 
 # The page.
-
-
-class Note(NamedTuple):
-    """A finding on the files or the numbers of a result, and whether it speaks for them."""
-
-    good: bool
-    label: str
-    sentence: str
 
 
 class Shown(NamedTuple):
@@ -289,7 +281,7 @@ def judge(
 
     A warning or a note that speaks against the result is a reservation, as with `--strict`.
     """
-    faults, reservations = [f"{fault.sentence.capitalize()}." for fault in summary.faults], []
+    faults, reservations = [sentence_of(fault) for fault in summary.faults], []
     if not fields["complete"]:
         lost = [f"{row.value} {row.label}".strip() for row in lost_rows(fields, summary)]
         where = f" ({', '.join(lost)})" if lost else ""
@@ -303,7 +295,7 @@ def judge(
     )
     if failed and summary.conclusion:
         verb = "fails" if failed == 1 else "fail"
-        sentence = f"{summary.conclusion[0].sentence.capitalize()}."
+        sentence = sentence_of(summary.conclusion[0])
         reservations.append(f"{failed} of {every} {verb} in some cases")
     elif failed:
         verb = "fails" if failed == 1 else "fail"
@@ -321,7 +313,7 @@ def judge(
         slugs = ", ".join(dict.fromkeys(one["slug"] for one in fields["warnings"]))
         count = format_count(len(fields["warnings"]), "warning")
         reservations.append(f"{count} ({slugs}), explained below")
-    objections = [note.sentence for note in notes if not note.good]
+    objections = [note.sentence for note in notes if note.tone == BAD]
     reservations += [f"files differ, see {WHY}"] * bool(objections)
     lines = [*faults, *([] if sentence in faults else [sentence])]
     if reservations and not faults:
@@ -336,6 +328,11 @@ def judge(
     state = GOOD if checks else OPEN
     state = FAILED if faults else RESERVED if reservations else state
     return state, [*lines, *summary.answer, *summary.verdict, *objections]
+
+
+def sentence_of(note: Note) -> str:
+    """Return a labelled sentence as one that stands alone."""
+    return f"{note.sentence[0].upper()}{note.sentence[1:]}."
 
 
 def lost_rows(fields: Fields, summary: Summary) -> Iterator[Row]:
@@ -569,7 +566,7 @@ def report_folder(folder: Path, fields: Fields, *, plots: bool = True) -> tuple[
         if hashlib.sha256(original).hexdigest() != fields["files"][SCENARIO_FILE]:
             raise OutputError(f"{file} was edited since drysim wrote it", AGAIN_HINT)
     note = note_on_files(folder, fields)
-    objections = [] if note.good else [note.sentence]
+    objections = [note.sentence] if note.tone == BAD else []
     return page(fields, folder, [note], plots), objections
 
 
@@ -581,12 +578,9 @@ def note_on_files(folder: Path, fields: Fields) -> Note:
     changed = [name for name, sha in found.items() if sha and sha != files[name]]
     states = {"Changed since drysim wrote them": changed, "Missing or unreadable": lost}
     if parts := [f"{state}: {', '.join(names)}." for state, names in states.items() if names]:
-        return Note(False, "files", " ".join(parts))
-    return Note(
-        True,
-        "files",
-        f"All {format_count(len(files), 'file')} of the result are as drysim wrote them.",
-    )
+        return Note("files", " ".join(parts), BAD)
+    count = format_count(len(files), "file")
+    return Note("files", f"All {count} of the result are as drysim wrote them.")
 
 
 def sha256_of(file: Path) -> str:
