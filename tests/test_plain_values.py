@@ -128,6 +128,16 @@ def test_scenario_with_options_of_another_law_still_reads_them(scenario, again):
     assert again(one).with_law("dahl").law() == one.with_law("dahl").law()
 
 
+@pytest.mark.parametrize("name", SCENES)
+def test_metrics_and_verdicts_are_numbers_of_python(scenario, tmp_path, name):
+    (tmp_path / "base.csv").write_text(RECORD)
+    checks = {"checks": ["stuck_share < 2", "v_r_rms < 1e9"]}
+    outcome = drysim.run(scenario(SCENES[name], checks))
+    assert {type(value) for value in outcome.metrics.values()} <= {int, float, type(None)}
+    assert {type(verdict.passed) for verdict in outcome.checks} == {bool}
+    assert "2 of 2 checks held" in repr(outcome)
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_outcome_of_every_law_keeps_its_numbers(law):
     short = {"steady": False, "settle": 0, "duration": 1}

@@ -471,9 +471,13 @@ UNITS = {name: metric.unit for name, metric in METRICS_BY_NAME.items()}
 
 
 def evaluate(measured: Measured) -> dict[str, Any]:
-    """Return every metric by name; None where unknown."""
+    """Return every metric by name, as a number of Python or a column; None where unknown."""
     absent = tuple(need for need in NEEDS if getattr(measured, need.attribute) is None)
-    return {name: formula and formula(measured) for name, formula in formulas_without(absent)}
+    found = {name: formula and formula(measured) for name, formula in formulas_without(absent)}
+    return {
+        name: value.item() if isinstance(value, np.generic) else value
+        for name, value in found.items()
+    }
 
 
 @cache
