@@ -44,7 +44,9 @@ LOCAL_SCENARIO = "scenario.yaml"
 FALLBACK_SCENARIO, FALLBACK_FOR_LAWS = "paper-random", "friction-laws"
 """Gallery scenarios used when it is missing; the second has the options of every law."""
 
-SUMMARY_KEYS = ("kind", "summary", "metrics", "ensemble", "checks", "numerics")
+SUMMARY_KEYS = (
+    "kind", "summary", "metrics", "ensemble", "checks", "warnings", "numerics"
+)  # fmt: skip
 """Keys of drysim.json that `summarise --json` prints; only several seeds have `ensemble`."""
 
 DOCTOR_SCENARIO = "free-decay"
@@ -156,7 +158,7 @@ def run_job(case: Case, mode: OutputMode) -> Job:
     from drysim.study.budget import LARGE_RESPONSE, MIN_BYTES_SHARE, SLOW_SCENE, response_bytes
 
     def before(folder: Path) -> None:
-        tell_replaced_sweep(folder, mode)
+        warn_of_replaced_sweep(folder, mode)
         if held := resumable_parts(folder):
             kept = f"the finished {' and '.join(held)} in {folder}.partial"
             mode.print_status(f"this run discards {kept}; use --out to keep them")
@@ -202,13 +204,13 @@ def seeds_job(case: Case, workers: int | None, resume: bool, mode: OutputMode) -
         solve=solve,
         total=max_seeds(case.scenario),
         items="seeds",
-        before=partial(tell_replaced_sweep, mode=mode),
+        before=partial(warn_of_replaced_sweep, mode=mode),
         parts=work.parts_of("seeds", case, seed_ranges(case), resume),
     )
 
 
-def tell_replaced_sweep(folder: Path, mode: OutputMode) -> None:
-    """Say that a run replaces the table of a sweep."""
+def warn_of_replaced_sweep(folder: Path, mode: OutputMode) -> None:
+    """Print that a run replaces the table of a sweep, if it does."""
     from drysim.output.folder import holds_sweep
 
     if holds_sweep(folder):
@@ -404,13 +406,13 @@ def fit(
         solve=lambda given: study.fit(loaded, workers=workers, finished=given.advance),
         total=study.count_starts(loaded),
         items="starts",
-        after=tell_fitted_scenario,
+        after=show_next_command,
     )
     return carry_out(job, common)
 
 
-def tell_fitted_scenario(result: FitResult, folder: Path) -> None:
-    """Say how to continue with the fitted values."""
+def show_next_command(result: FitResult, folder: Path) -> None:
+    """Print how to continue with the fitted values."""
     from drysim.console import terminal
     from drysim.results.fit import FITTED_FILE
 
@@ -569,20 +571,23 @@ def validate(
 
 
 def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
-    """Show metrics, quantiles and checks of a finished result."""
-    from drysim.cli.stored import show_stored
+    """Show summary, metrics and warnings of a finished result."""
+    from drysim.cli.stored import show_stored, stored_warnings
     from drysim.console import terminal
+    from drysim.console.summary import show_warnings
     from drysim.output.folder import read_sidecar, translate_damage
 
     fields = read_sidecar(folder)
     with translate_damage(folder):  # a damaged result is found before anything is shown
         show_stored(fields, terminal.PlainConsole(StringIO()))
+        warnings = stored_warnings(fields)
     with tolerate_closed_pipe():
         if as_json:
             shown = {name: fields[name] for name in SUMMARY_KEYS if name in fields}
             typer.echo(json.dumps(shown, indent=2))
         else:
             show_stored(fields, terminal.stdout())
+            show_warnings(warnings)
     return EXIT_OK
 
 

@@ -7,11 +7,27 @@ from typing import TYPE_CHECKING, Any
 
 from drysim.console.summary import print_labelled, print_summary
 from drysim.console.terminal import print_line, print_table
+from drysim.errors import WarningMessage
 from drysim.results.stored import OPTIONAL_COLUMNS, metric_columns, metric_tables
 from drysim.study.summary import from_fields
 
 if TYPE_CHECKING:
     from drysim.console.terminal import AnyConsole
+
+
+def stored_warnings(fields: Mapping[str, Any]) -> list[WarningMessage]:
+    """Return the warnings in drysim.json.
+
+    Raises
+    ------
+    ValueError
+        When one is not text.
+    """
+    warnings = [WarningMessage(each["slug"], each["sentence"]) for each in fields["warnings"]]
+    for warning in warnings:
+        if not isinstance(warning.slug, str) or not isinstance(warning.sentence, str):
+            raise ValueError(f"no warning: {warning.sentence!r}")
+    return warnings
 
 
 def show_stored(fields: Mapping[str, Any], console: AnyConsole) -> None:
