@@ -73,7 +73,7 @@ COMPILING_MESSAGE = "compiling the solver: up to a minute, once on this machine"
 
 
 def announce_compilation() -> None:
-    """Tell a user at a terminal that kernels are being compiled."""
+    """Print at a terminal that kernels are being compiled."""
     from drysim.console import terminal
 
     if terminal.shows_progress():

@@ -53,8 +53,13 @@ def design_parts(case: Case, resume: bool) -> Parts:
 
     any_number = design_of(case.scenario).model_copy(update={"evaluations": MAX_EVALUATIONS})
     scenario = case.scenario.copy_with({"design": any_number})
-    count = lambda result: len(result.candidates)  # noqa: E731
-    return Parts("designs", scenario, resume, lambda store: (0, 0), count=count)
+    return Parts(
+        "designs",
+        scenario,
+        resume,
+        finished=lambda store: (0, 0),
+        count=lambda result: len(result.candidates),
+    )
 
 
 def count_batch(advance: Callable[[int], None], batch: Batch) -> None:
