@@ -234,3 +234,20 @@ def test_outcomes_with_other_friction_differ():
     other = dataclasses.replace(first, metrics=first.metrics | {"T_a": math.nan})
     assert first != other
     assert other == copy.deepcopy(other)
+
+
+WITHOUT_CHECKS = "bench", "hard", "fit"
+"""Kinds that measure approaches, and one whose scenario states no checks here."""
+
+
+@pytest.mark.parametrize("kind", [name for name in KINDS if name not in WITHOUT_CHECKS])
+def test_checks_of_a_scenario_are_judged_or_said_to_be_skipped(saved, kind):
+    result = result_of(kind)
+    assert len(result.checks) >= len(result.scenario.checks) > 0
+    skipped = [verdict for verdict in result.checks if verdict.passed is None]
+    assert bool(skipped) == (kind in ("branches", "map"))
+    assert result.exit_code() == 0
+    assert result.exit_code(strict=True) == bool(skipped or result.warnings)
+    page = (saved(kind) / "report.html").read_text(encoding="utf-8")
+    assert "The scenario has no checks" not in page
+    assert ("could not be judged" in page) == bool(skipped)

@@ -55,14 +55,16 @@ def judged() -> Any:
 
 WAYS = {
     "run": lambda: drysim.run(drysim.scenario(SEAT + CHECKS)),
-    "ensemble": lambda: drysim.run(drysim.scenario(SEAT, NOISE)),
+    "ensemble": lambda: drysim.run(drysim.scenario(SEAT + CHECKS, NOISE)),
     "sweep": lambda: drysim.sweep(drysim.scenario(SEAT + SWEPT + CHECKS)),
-    "comparison": lambda: drysim.compare(drysim.scenario(SEAT + SWEPT), "signum", "stick-slip"),
+    "comparison": lambda: drysim.compare(
+        drysim.scenario(SEAT + SWEPT + CHECKS), "signum", "stick-slip"
+    ),
     "bench": timed,
     "hard": judged,
     "fit": lambda: drysim.fit(twin()),
     "design": lambda: drysim.design(drysim.scenario(SEAT + DESIGN + CHECKS)),
-    "branches": lambda: drysim.branches(drysim.scenario(SEAT, BRANCHES)),
+    "branches": lambda: drysim.branches(drysim.scenario(SEAT + CHECKS, BRANCHES)),
     "map": lambda: drysim.map_regimes(drysim.load(find("regime-map").file, COARSE)),
 }
 """How each kind of result is computed."""

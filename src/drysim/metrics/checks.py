@@ -105,6 +105,11 @@ class Check:
         bound, unit = parse_limit(form["limit"], UNITS[metric]), unit_suffix(form["limit"])
         return cls(text, metric, op, bound, unit=unit)
 
+    @property
+    def keys(self) -> set[str]:
+        """Keys of the conditions."""
+        return {condition.key for condition in self.conditions}
+
     def with_values(self, here: Mapping[str, float | None]) -> Check:
         """Return the check for a scenario in which some keys have these values."""
         known = (replace(one, here=here.get(one.key, one.here)) for one in self.conditions)
@@ -116,8 +121,12 @@ class Check:
         A check whose conditions exclude the case is not judged.
         """
         if not self.applies({}):
-            return Verdict(self, None, None, reason="the condition is not met")
+            return self.skipped("the condition is not met")
         return self.verdict(metrics.get(self.metric), None)
+
+    def skipped(self, reason: str) -> Verdict:
+        """Return the verdict where the check is not judged."""
+        return Verdict(self, None, None, reason=reason)
 
     def applicable(self, points: Mapping[str, Column], count: int) -> Column:
         """Return the cases to which the check applies, as booleans of shape (count,).
@@ -195,7 +204,7 @@ class Check:
             here = "" if where else " here"
             why = f"{status}: " if status else ""
             return Verdict(self, False, None, where, f"{why}{self.metric} is not known{here}")
-        return Verdict(self, self.holds(value), value, where)
+        return Verdict(self, bool(self.holds(value)), value, where)
 
     def __str__(self) -> str:
         """Text in the scenario."""

@@ -238,8 +238,10 @@ class BranchesResult(Result):
 
     @property
     def checks(self) -> tuple[Verdict, ...]:
-        """No checks: they hold for the motion of a run, or for the cases of a sweep."""
-        return ()
+        """Verdicts on the checks: skipped, as they judge one motion or many cases."""
+        return tuple(
+            check.skipped("branches judge no checks") for check in self.scenario.checks
+        )
 
     @property
     def inputs(self) -> tuple[Input, ...]:
@@ -341,7 +343,8 @@ def prepare_branches(scenario: Scenario) -> Case:
             "of numbers of oscillator, friction or excitation"
         )
         raise scenario.error(sentence, ("sweep", axis.key))
-    alone = scenario.copy_with({"sweep": (axis,), "reference": None, "checks": ()})
+    checks = tuple(check for check in scenario.checks if check.keys <= {axis.key})
+    alone = scenario.copy_with({"sweep": (axis,), "reference": None, "checks": checks})
     if refused := refusal(alone):
         sentence, keys = refused
         raise scenario.error(sentence, keys or ("sweep", axis.key))
@@ -363,6 +366,8 @@ def further_keys_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         for axis in others
     ]
     sentence = f"branches follows {first.key} only; it keeps {join_words(kept)}"
+    if lost := sum(not check.keys <= {first.key} for check in scenario.checks):
+        sentence += f", and leaves out {format_count(lost, 'check')} at values of further keys"
     yield WarningMessage("one-key", sentence, {"keys": len(others)})
 
 

@@ -381,8 +381,10 @@ class RegimeMap(Result):
     place: Place
     cases: int
 
-    checks: tuple[Verdict, ...] = ()
-    """A map judges no checks."""
+    @property
+    def checks(self) -> tuple[Verdict, ...]:
+        """Verdicts on the checks: skipped, as they judge one motion or many cases."""
+        return tuple(check.skipped("a map judges no checks") for check in self.scenario.checks)
 
     @property
     def scenario(self) -> Scenario:
