@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import drysim
 from drysim.metrics.table import METRICS
+from drysim.results.frames import texts_of
+from drysim.results.tables import key_column
+from drysim.scenario.axes import FILE_KEY
 
 SEAT = """\
 name: seat
@@ -54,6 +59,13 @@ def test_frame_of_means_over_seeds_has_their_half_widths(tmp_path):
     frame = table.to_frame()
     widths = [row.half_widths["T_a"] for row in table]
     assert frame["T_a_half_width"].tolist() == widths
+
+
+def test_texts_of_cells_are_those_that_were_written():
+    names = ['a, "b".csv', "", "plain.csv", "two words.csv"]
+    column = key_column(FILE_KEY, "")
+    batch = SimpleNamespace(points={FILE_KEY: names})
+    assert texts_of([column.values(batch)]) == names
 
 
 def test_results_are_plotted_as_the_commands_draw_them(table, tmp_path):

@@ -1,10 +1,10 @@
-"""Tables of a result as data frames of pandas: what their CSV files hold, read back."""
+"""Tables of a result as data frames of pandas, with the columns of their CSV files."""
 
 from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,9 @@ from drysim.results.tables import require_package
 
 if TYPE_CHECKING:
     from drysim.results.kind import File
+    from drysim.results.tables import Column
     from drysim.study.outcome import AnyResult
+    from drysim.study.statistics import Batch
 
 HEADER = re.compile(r"(?P<name>[^\[]+?)(?: \[(?P<unit>[^\]]*)\])?")
 """Header of a column: its name and, of numbers, its unit."""
@@ -33,12 +35,44 @@ def to_frame(result: AnyResult, table: str | None = None) -> Any:
     name = next(iter(files)) if table is None else str(table)
     if name not in files:
         raise UsageError(f"there is no table `{name}` of {kind.what}{name_hint(name, files)}")
+    if (cases := files[name].cases) is not None:
+        return frame_of_cases(*cases(result))
     with TemporaryDirectory(prefix="drysim-") as folder:
         path = Path(folder, files[name].name)
         files[name].write(result, path)
         if not path.exists():
             raise UsageError(f"there is nothing for the table `{name}` in this result")
         return read_table(path, files[name])
+
+
+def frame_of_cases(columns: Sequence[Column], batches: Iterable[Batch]) -> Any:
+    """Return the columns of many cases as a DataFrame, as `read_table` does from their file."""
+    import pandas as pd
+
+    parts = [[column.values(batch) for column in columns] for batch in batches]
+    frame = pd.DataFrame(
+        {
+            column.name: texts_of(values)
+            if isinstance(values[0], list)
+            else numbers_of(np.concatenate(values), column.whole)
+            for column, values in zip(columns, zip(*parts, strict=True), strict=True)
+        }
+    )
+    frame.attrs["units"] = {column.name: column.unit for column in columns if column.unit}
+    return frame
+
+
+def texts_of(parts: Iterable[Iterable[bytes]]) -> list[str]:
+    """Return the texts of cells of a CSV file."""
+    cells = (cell.decode() for part in parts for cell in part)
+    return ["".join(row) for row in csv.reader(cells)]
+
+
+def numbers_of(values: NDArray[Any], is_whole: bool) -> NDArray[Any]:
+    """Return numbers as their cells read back: counts as integers, infinity as missing."""
+    if values.dtype.kind == "i" or (is_whole and (values % 1 == 0).all()):
+        return values.astype(np.int64)
+    return np.where(np.isfinite(values), values, np.nan) + 0.0
 
 
 def read_table(path: Path, file: File) -> Any:

@@ -14,8 +14,10 @@ from drysim.yaml_document import dump
 if TYPE_CHECKING:
     from drysim.metrics.checks import Verdict
     from drysim.results.fields import Fields, Provenance
+    from drysim.results.tables import Column
     from drysim.scenario.axes import Axis
     from drysim.scenario.model import Scenario
+    from drysim.study.statistics import Batch
     from drysim.study.summary import Summary
 
 SCENARIO_FILE = "scenario.yaml"
@@ -37,6 +39,8 @@ class File(NamedTuple):
     """The format of tables that must be asked for, empty for a file of every result."""
     numbers: Sequence[str] = ()
     """Columns of numbers whose unit differs from row to row; others without a unit are text."""
+    cases: Callable[[Any], tuple[Sequence[Column], Iterable[Batch]]] | None = None
+    """Returns the columns and the batches of a large table of cases, for a data frame."""
 
 
 class Picture(NamedTuple):

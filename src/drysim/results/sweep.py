@@ -6,7 +6,7 @@ Extremes come with their places. Every case is checked against its own stroke li
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from math import isclose
 from pathlib import Path
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from drysim import wording
-from drysim.metrics.table import PEAK_STROKE
+from drysim.metrics.table import METRICS, PEAK_STROKE
 from drysim.metrics.text import (
     KEY_RATIOS,
     format_metric_range,
@@ -41,6 +41,7 @@ from drysim.results.tables import (
     format_cases,
     has_means,
     key_column,
+    metric_column,
     require_package,
     write_csv,
     write_violations,
@@ -440,6 +441,14 @@ def write_transmissibility_csv(table: Table, file: Path) -> None:
     write_csv(file, [one.header for one in columns], blocks)
 
 
+def all_cases(table: Table) -> tuple[list[Column], Iterable[Batch]]:
+    """Return the columns of transmissibility.csv, those of all other metrics, and the cases."""
+    columns = case_columns(table)
+    names = {column.name for column in columns}
+    others = [metric_column(metric.name) for metric in METRICS if metric.name not in names]
+    return [*columns, *others], as_batches(table.rows)
+
+
 def write_case_violations_csv(table: Table, file: Path) -> None:
     """Write stroke_violations.csv of a sweep, if the stroke limit was exceeded.
 
@@ -555,7 +564,7 @@ SWEEP = Kind(
     name="sweep",
     what="a sweep",
     files=(
-        File("transmissibility.csv", write_transmissibility_csv, "csv"),
+        File("transmissibility.csv", write_transmissibility_csv, "csv", cases=all_cases),
         File(
             f"{PARQUET_FOLDER}/approach=*/*.parquet", write_transmissibility_parquet, "parquet"
         ),

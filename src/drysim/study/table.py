@@ -317,25 +317,6 @@ class Table(Result):
         """Yield the rows of one approach."""
         return (row for row in self.rows if row.approach == approach)
 
-    def to_frame(self, table: str | None = None) -> Any:
-        """Return a table of the result as a DataFrame of pandas; see `Result.to_frame`.
-
-        The table of the cases has all metrics, those that transmissibility.csv omits at the
-        end.
-        """
-        frame = super().to_frame(table)
-        if table is not None:
-            return frame
-        batches, units = [*as_batches(self.rows)], {**frame.attrs["units"], **UNITS}
-        omitted = {
-            metric.name: np.concatenate([batch.metrics[metric.name] for batch in batches])
-            for metric in METRICS
-            if metric.name not in frame
-        }
-        frame = frame.assign(**omitted)
-        frame.attrs["units"] = {name: units[name] for name in frame if name in units}
-        return frame
-
 
 HYSTERESIS_TOLERANCE = 1e-6
 """Relative difference of T_a above which two motions are different ones [-]."""
