@@ -64,6 +64,7 @@ from drysim.study.statistics import (
     NOT_SETTLED,
     NOT_UNIQUE,
     OK,
+    SEEDS_PER_CHECK,
     STATUSES,
     Batch,
     OverSeeds,
@@ -94,8 +95,8 @@ MAX_RANGES, MAX_CASES_PER_RANGE = 4096, 64
 """Number of ranges into which cases solved one by one are divided, and most cases in one."""
 
 
-STEPS_PER_RANGE, MIN_SEED_RANGES = 200_000, 16
-"""Steps of the seeds in a range, some 20 ms of work beside which storing it takes little time;
+STEPS_PER_RANGE, MIN_SEED_RANGES = 800_000, 16
+"""Steps of the seeds in a range, some 25 ms of work beside which storing it takes little time;
 and least number of ranges, so that none of several workers waits for the last one."""
 
 
@@ -221,7 +222,8 @@ def seed_ranges(case: Case, least: int = MIN_SEED_RANGES) -> list[CaseRange]:
     """Return the seeds of a case as ranges of a sweep over the seed, at least so many."""
     seeds = seed_range(case.scenario)
     swept = case.scenario.copy_with({"sweep": (Axis(SEED_KEY, "-", seeds),)})
-    length = min(STEPS_PER_RANGE // case.steps, len(seeds) // least) or 1
+    most = SEEDS_PER_CHECK if stopping_rule(case.scenario) else len(seeds)  # few in vain
+    length = min(STEPS_PER_RANGE // case.steps, len(seeds) // least, most) or 1
     firsts = range(0, len(seeds), length)
     return [CaseRange(swept, at, at, min(at + length, len(seeds))) for at in firsts]
 

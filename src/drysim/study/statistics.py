@@ -406,7 +406,7 @@ def statistics(seeds: Batch) -> dict[str, Statistic | None]:
 def means(seeds: Batch) -> dict[str, tuple[float, float | None]]:
     """Return mean and half-width, as `interval`, of every metric that a seed knows."""
     known = {name: column[np.isfinite(column)] for name, column in seeds.metrics.items()}
-    return {name: interval(series.tolist()) for name, series in known.items() if len(series)}
+    return {name: _moments(series)[:2] for name, series in known.items() if len(series)}
 
 
 def _statistic(seeds: Batch, name: str) -> Statistic | None:
@@ -422,7 +422,7 @@ def _statistic(seeds: Batch, name: str) -> Statistic | None:
         (_to_number(name, series[at].item()), numbers[at].item())
         for at in (series.argmin(), series.argmax())
     )
-    return Statistic(len(series), *_moments(series.tolist()), tuple(quantiles), least, greatest)
+    return Statistic(len(series), *_moments(series), tuple(quantiles), least, greatest)
 
 
 def interval(values: Iterable[float]) -> tuple[float, float | None]:
@@ -434,21 +434,21 @@ def interval(values: Iterable[float]) -> tuple[float, float | None]:
     -----
     The sums are exact (`math.fsum`), so the result does not depend on the order of the values.
     """
-    mean, half_width, _ = _moments(list(values))
+    mean, half_width, _ = _moments(np.array([*values], dtype=float))
     return mean, half_width
 
 
-def _moments(values: Sequence[float]) -> tuple[float, float | None, float | None]:
+def _moments(values: Floats) -> tuple[float, float | None, float | None]:
     """Return mean, half-width of its interval, and standard deviation."""
-    n, least = len(values), min(values)
+    n, least = len(values), values.min().item()
     # Scaled by the range: equal values have exactly that mean, and no square overflows.
-    span = max(values) - least or 1.0
-    shares = [(value - least) / span for value in values]
-    share = fsum(shares) / n
+    span = values.max().item() - least or 1.0
+    shares = (values - least) / span
+    share = fsum(shares.tolist()) / n
     mean = least + span * share
     if n < 2:
         return mean, None, None
-    std = span * sqrt(fsum((one - share) ** 2 for one in shares) / (n - 1))
+    std = span * sqrt(fsum(((shares - share) ** 2).tolist()) / (n - 1))
     return mean, student_t(n - 1) * std / sqrt(n), std
 
 
