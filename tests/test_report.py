@@ -20,6 +20,7 @@ from drysim.manual.words import DESIGN, FIT, entries, explain
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output import report
 from drysim.output.folder import save_report
+from drysim.study.summary import BAD, Row
 from drysim.wording import format_number
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
@@ -254,14 +255,14 @@ VIOLATED = "stroke: {limit: 5 mm}\n"
         (
             SAFE + HELD + VIOLATED,
             "reserved",
-            "! Passed, with reservations: 1 warning (stroke-violated), explained below. "
-            "The check holds",
+            "! Passed, with reservations: 1 warning. "
+            "The check holds: the result meets the requirements of its scenario. "
+            "Warning: the stroke limit of 5 mm is exceeded",
         ),
         (
             SAFE + VIOLATED,
             "reserved",
-            "! No verdict, and reservations: 1 warning (stroke-violated), explained below. "
-            "The scenario has no checks",
+            "! No verdict, and reservations: 1 warning. The scenario has no checks",
         ),
         (SAFE, "open", "· The scenario has no checks"),
         (SAFE + HELD.replace("5", "1"), "bad", "✗ 1 of 1 check fails"),
@@ -277,6 +278,34 @@ def test_warnings_and_failed_checks_decide_the_state_of_the_verdict(
     written = result(text, command)[1]
     assert f'<ul class="verdict {state}">' in written
     assert words in Page(written).text
+
+
+def test_verdict_quotes_a_warning_of_each_kind_and_counts_the_others():
+    texts = [("a", "first"), ("a", "second"), *((slug, slug * 2) for slug in "bcdef")]
+    warnings = [{"slug": slug, "sentence": sentence} for slug, sentence in texts]
+    lines = ["first", "bb", "cc", "dd"]
+    assert [*report.quote_warnings(warnings)] == [
+        *(f"Warning: {line}." for line in lines),
+        "3 more warnings below.",
+    ]
+
+
+def test_top_of_a_page_shows_violations_and_no_residuals():
+    rows = [Row(name, "1") for name in ("T_a", "SEAT", "a_w", "T_x", "peak |x_r|", "stuck")]
+    limit = Row("limit", "exceeded for 2 of 3 seeds", tone=BAD)
+    shown = report.key_rows([*rows, limit, Row("energy", "residual 1e-16")])
+    assert shown == [*rows[:5], limit]
+
+
+def test_figures_of_a_page_are_numbered_and_say_what_they_show(result):
+    page = Page(result(NOISY, "run", "--set", "excitation.seeds=3")[1])
+    assert re.findall(r"Figure \d", page.text) == [f"Figure {i}" for i in range(1, 5)]
+    assert "over the number of seeds; 3 seeds." in page.text
+    assert "the force of the contact over it; seed 1." in page.text
+    assert (
+        "Transmissibilities of the cases; over frequency."
+        in Page(result(SWEPT, "sweep")[1]).text
+    )
 
 
 def test_design_with_a_limit_that_the_seeds_leave_open_passes_with_reservations(result):

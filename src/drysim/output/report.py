@@ -45,7 +45,7 @@ from drysim.system import NotARegularFile, file_sha256
 from drysim.wording import format_count, format_number
 
 if TYPE_CHECKING:
-    from drysim.results.kind import Kind
+    from drysim.results.kind import Kind, Picture
 
 Fields = dict[str, Any]
 Lines = Iterator[tuple[str, str]]
@@ -62,7 +62,13 @@ WHY = "“Why to believe it”"
 """The part of the page on files and numbers."""
 
 KEY_ROWS, DIGIT = 6, re.compile(r"\d")
-"""Main results at the top of the page: those with numbers."""
+"""Main results at the top of the page: those with numbers that a user asks for."""
+
+NUMERICAL_ROWS = ("energy", "error")
+"""Rows of the main results that are evidence for the numbers."""
+
+MAX_RESERVATIONS = 4
+"""Warnings that the verdict quotes, those of different kinds first."""
 
 # The page.
 
@@ -145,9 +151,10 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
     environment.filters["code"] = code
     state, verdict = judge(fields, summary, notes)
     text, varied = scenario_text(folder), varied_keys(fields)
-    pictures = list(pictures_in(folder, kind, fields["files"])) if plots else []
+    pictures = list(pictures_in(folder, kind, fields)) if plots else []
     rows = [(row, meaning_of_row(row, fields)) for group in summary.groups for row in group]
     parts = (summary, *summary.parts)
+    tables = list(metric_tables(fields))
     # A bench and the hard cases have several scenarios.
     scenarios = [one["scenario"] for one in fields.get("cases", [fields])]
     return environment.get_template(TEMPLATE).render(
@@ -168,7 +175,7 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
         mark=MARKS[state],
         verdict=verdict,
         checks=[(check_mark(passed)[0], sentence) for passed, sentence in summary.checks],
-        key_rows=[row for row, _ in rows if row.label and DIGIT.search(row.value)][:KEY_ROWS],
+        key_rows=key_rows([row for row, _ in rows]),
         rows=rows,
         tables=[
             (title or table.title, list(zip(*table.columns, strict=True)))
@@ -181,7 +188,8 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
         sketch=sketch(folder, varied) if plots else None,
         pictures=pictures,
         metrics_of=fields.get("design", {}).get("metrics_of", ""),
-        metrics=list(metric_tables(fields)),
+        metrics=tables,
+        metric_meanings=meanings_of_metrics(tables),
         evidence=list(evidence(fields)),
         warnings=list(warnings_by_slug(fields)),
         scenario_text=text[:MAX_SCENARIO],
@@ -201,18 +209,34 @@ MEDIA_TYPES = {PNG: "image/png", SVG: "image/svg+xml"}
 """Media types of the pictures that a page can show."""
 
 
-def pictures_in(folder: Path, kind: Kind, listed: Collection[str]) -> Iterator[Shown]:
-    """Yield the pictures of a result in its folder, of which `listed` are its files."""
+def pictures_in(folder: Path, kind: Kind, fields: Fields) -> Iterator[Shown]:
+    """Yield the pictures of a result in its folder."""
+    listed = fields["files"]
     for picture in kind.pictures:
+        caption = f"{picture.caption}{picture_scope(picture, kind, fields)}"
         for form in (PNG, SVG, PDF):
             file = folder / f"{picture.name}.{form}"
             if file.name not in listed or not file.is_file():
                 continue
             if form == PDF:
-                yield Shown(picture.caption, file.name, is_file=True)
+                yield Shown(caption, file.name, is_file=True)
                 continue
             with suppress(OSError):  # the notes name a file that cannot be read
-                yield Shown(picture.caption, data_address(file, MEDIA_TYPES[form]))
+                yield Shown(caption, data_address(file, MEDIA_TYPES[form]))
+
+
+def picture_scope(picture: Picture, kind: Kind, fields: Fields) -> str:
+    """Return the end of a caption: which cases or seeds of the result its picture shows."""
+    if "ensemble" in fields:
+        if picture is not kind.pictures[0]:
+            return f"; seed {fields['excitation']['seed']}"
+        return f"; {format_count(fields['ensemble']['seeds'], 'seed')}"
+    axes = [axis["key"] for axis in fields["numerics"].get("swept", ())]
+    if not axes:
+        return ""
+    over = " and ".join(wording.short_key(key, axes) for key in axes)
+    approaches = ", ".join(fields["numerics"].get("approaches", ()))
+    return f"; over {over}{f'; {approaches}' if approaches else ''}"
 
 
 def data_address(file: Path, media_type: str) -> str:
@@ -310,9 +334,7 @@ def judge(
     if skipped:
         reservations.append(f"{skipped} of {every} could not be judged")
     if fields["warnings"]:
-        slugs = ", ".join(dict.fromkeys(one["slug"] for one in fields["warnings"]))
-        count = format_count(len(fields["warnings"]), "warning")
-        reservations.append(f"{count} ({slugs}), explained below")
+        reservations.append(format_count(len(fields["warnings"]), "warning"))
     objections = [note.sentence for note in notes if note.tone == BAD]
     reservations += [f"files differ, see {WHY}"] * bool(objections)
     lines = [*faults, *([] if sentence in faults else [sentence])]
@@ -327,7 +349,31 @@ def judge(
         lines.append("No warnings.")
     state = GOOD if checks else OPEN
     state = FAILED if faults else RESERVED if reservations else state
-    return state, [*lines, *summary.answer, *summary.verdict, *objections]
+    quoted = quote_warnings(fields["warnings"])
+    return state, [*lines, *quoted, *summary.answer, *summary.verdict, *objections]
+
+
+def quote_warnings(warnings: Sequence[Fields]) -> Iterator[str]:
+    """Yield the main warnings as sentences, and how many others the page lists."""
+    firsts = {warning["slug"]: warning["sentence"] for warning in reversed(warnings)}
+    order = dict.fromkeys(warning["slug"] for warning in warnings)
+    quoted = [firsts[slug] for slug in order][:MAX_RESERVATIONS]
+    for sentence in quoted:
+        yield f"Warning: {sentence}."
+    if more := len(warnings) - len(quoted):
+        yield f"{format_count(more, 'more warning')} below."
+
+
+def key_rows(rows: Sequence[Row]) -> list[Row]:
+    """Return the main results for the top of the page, in order, violations among them."""
+    candidates = [
+        row
+        for row in rows
+        if row.label and row.label not in NUMERICAL_ROWS and DIGIT.search(row.value)
+    ]
+    violations = [row for row in candidates if row.tone == BAD]
+    kept = candidates[: max(0, KEY_ROWS - len(violations))]
+    return [row for row in candidates if row in kept or row in violations][:KEY_ROWS]
 
 
 def sentence_of(note: Note) -> str:
@@ -383,14 +429,19 @@ def warnings_by_slug(fields: Fields) -> Iterator[tuple[str, str, list[str], int]
 
 
 def metric_tables(fields: Fields) -> Iterator[tuple[str, list[list[str]]]]:
-    """Yield approach and table of metrics in SI units by rows, with their meanings."""
+    """Yield approach and table of metrics in SI units by rows, header first."""
     found = fields.get("ensemble", fields)["metrics"]
     for approach, metrics in stored.metric_tables(found):
         rows = list(zip(*stored.metric_columns(metrics), strict=True))
         if not rows:  # of a damaged result
             continue
-        header = [*rows[0], "meaning"]
-        yield approach, [header, *([*row, meaning_of_metric(row[0])] for row in rows[1:])]
+        yield approach, [list(row) for row in rows]
+
+
+def meanings_of_metrics(tables: Sequence[tuple[str, list[list[str]]]]) -> list[tuple[str, str]]:
+    """Return the metrics of all tables, with their meanings."""
+    names = dict.fromkeys(row[0] for _, table in tables for row in table[1:])
+    return [(name, meaning) for name in names if (meaning := meaning_of_metric(name))]
 
 
 def evidence(fields: Fields) -> Lines:

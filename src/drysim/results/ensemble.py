@@ -136,7 +136,7 @@ def _limit_rows(ensemble: Ensemble) -> Iterator[Row]:
     """Yield how many seeds exceed the stroke limit, and how hard they hit end stops."""
     beyond = sum(bool(row.metrics.get("violations")) for row in ensemble.rows)
     if beyond:
-        seeds, how = format_count(beyond, "seed"), [f"of {len(ensemble.rows)}"]
+        seeds, how = f"{beyond} of {format_count(len(ensemble.rows), 'seed')}", []
         name, value = "limit", f"exceeded for {seeds}"
         for metric, words in END_STOP_METRICS.items():
             if (found := ensemble.statistics.get(metric)) and found.greatest[0] > 0:
