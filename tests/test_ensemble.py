@@ -23,13 +23,11 @@ from drysim.scenario.load import load
 from drysim.study import plan as study_plan
 from drysim.study.ensemble import run
 from drysim.study.statistics import (
-    MAX_CLOSED_FORM,
     SEEDS_PER_CHECK,
     Batch,
     Row,
     interval,
     statistics,
-    student_t,
 )
 from drysim.wording import format_interval, format_number
 from tools.shown import show
@@ -570,14 +568,6 @@ def test_seeds_that_do_not_know_a_metric_are_left_out_and_counted():
 )
 def test_a_mean_ends_where_its_interval_begins(mean, half_width, words):
     assert format_interval(mean, half_width, "mm") == words
-
-
-def test_quantile_of_students_t_is_that_of_scipy():
-    from scipy import stats
-
-    degrees = np.arange(1, MAX_CLOSED_FORM + 3)
-    found = [student_t(count) for count in degrees.tolist()]
-    assert found == pytest.approx(stats.t.ppf(0.975, degrees), rel=1e-12)
 
 
 def test_metric_of_the_stopping_rule_is_shown_with_its_unit(noisy):

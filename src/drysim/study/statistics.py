@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property
 from itertools import accumulate, chain, groupby
-from math import atan, cos, fsum, isnan, pi, sin, sqrt, tan
+from math import fsum, isnan, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -370,13 +370,6 @@ CONFIDENCE = 0.95
 NORMAL_95 = 1.959964
 """Two-sided quantile of the normal distribution at `CONFIDENCE`."""
 
-MAX_CLOSED_FORM = 400
-"""Degrees of freedom up to which the closed form of Student's t is used, exact to 1e-13."""
-
-ANGLE_TOLERANCE = 1e-12
-"""Change of an angle [rad] after which Newton's method has converged; the next one is less than
-rounding."""
-
 QUANTILES = (0.05, 0.50, 0.95)
 """Levels of the quantiles over seeds [-]."""
 
@@ -454,32 +447,10 @@ def _moments(values: Floats) -> tuple[float, float | None, float | None]:
 
 @cache
 def student_t(degrees_of_freedom: int) -> float:
-    """Return the two-sided quantile of Student's t distribution at `CONFIDENCE`.
+    """Return the two-sided quantile of Student's t distribution at `CONFIDENCE`."""
+    from scipy.special import stdtrit  # not needed without seeds
 
-    Notes
-    -----
-    For few degrees of freedom Newton's method on the closed form of the probability as a
-    function of atan(t/sqrt(degrees of freedom)) (Abramowitz and Stegun, 26.7.3 and 26.7.4): the
-    import of `scipy.special` would take a tenth of a second.
-    """
-    if degrees_of_freedom > MAX_CLOSED_FORM:
-        from scipy.special import stdtrit
-
-        return float(stdtrit(degrees_of_freedom, 0.5 + 0.5 * CONFIDENCE))
-    if degrees_of_freedom == 1:
-        return tan(0.5 * pi * CONFIDENCE)
-    odd = degrees_of_freedom % 2
-    k = np.arange(1 + odd, degrees_of_freedom - 1, 2)
-    angle, change = atan(NORMAL_95 / sqrt(degrees_of_freedom)), 1.0
-    while change > ANGLE_TOLERANCE:  # from below, as the probability is concave
-        terms = np.cumprod(np.concatenate([[1.0], cos(angle) ** 2 * k / (k + 1.0)])).tolist()
-        probability = sin(angle) * cos(angle) ** odd * fsum(terms)
-        slope = (degrees_of_freedom - 1) * terms[-1] * cos(angle) ** (1 + odd)
-        if odd:
-            probability, slope = (angle + probability) * 2.0 / pi, slope * 2.0 / pi
-        change = (CONFIDENCE - probability) / slope
-        angle += change
-    return sqrt(degrees_of_freedom) * tan(angle)
+    return float(stdtrit(degrees_of_freedom, 0.5 + 0.5 * CONFIDENCE))
 
 
 def with_interval(verdict: Verdict, half_width: float | None, seeds: int) -> Verdict:
