@@ -24,9 +24,9 @@ from drysim.study.fit import (
     Parameter,
     ProfilePoint,
     _profile_end,
-    continued,
     final_fit,
     profiles_of,
+    refit_from_profiles,
     sizes,
 )
 from drysim.study.fit_model import build_model, fitted_end
@@ -194,7 +194,7 @@ def test_motion_at_a_bound_is_solved_whatever_the_scale(tmp_path, ratio):
     model = build_model(drysim.load(tmp_path / "twin.yaml"))
     start = np.array([ratio, F_FK, B, K_X])
     squares = LeastSquares.starting_from(model, 0.5, start)
-    assert squares.predict(squares.bounds[0] + [0.0, 1.0, 1.0, 1.0]) is not None
+    assert squares.solve(squares.bounds[0] + [0.0, 1.0, 1.0, 1.0]) is not None
 
 
 def test_free_decay_comes_back_with_its_start(tmp_path):
@@ -517,11 +517,11 @@ def test_fit_goes_on_from_a_lower_minimum_that_a_profile_finds(tmp_path, monkeyp
     assert model.point(stuck.values)["friction.static_ratio"] < 1.01
     profiles = profiles_of(stuck, WorkerPool(1))
     assert min(point.rise for one in profiles.values() for point in one.points) < -100.0
-    better = continued(stuck, profiles)
+    better = refit_from_profiles(stuck, profiles)
     assert better is not None
     assert model.point(better.values)["friction.static_ratio"] == pytest.approx(1.5, rel=0.03)
     assert better.error < stuck.error
-    assert continued(better, profiles_of(better, WorkerPool(1))) is None
+    assert refit_from_profiles(better, profiles_of(better, WorkerPool(1))) is None
 
     # The fit itself goes on, a bounded number of times.
     monkeypatch.setattr("drysim.study.fit.fit_law", lambda *_: stuck)
@@ -677,7 +677,7 @@ def test_forces_of_a_rig_are_placed_on_the_grid_of_its_motion(tmp_path):
     model = build_model(drysim.load(tmp_path / "twin.yaml"))
     first = t[t >= 100.1][0]
     assert model.measurement.t[0] == pytest.approx(first - 100.1, abs=1e-9)
-    found = model.predict(np.array([0.15]), names=("v_r",))
+    found = model.solve(np.array([0.15])).prediction(("v_r",))
     expected = v[t >= 100.1][found.covers]
     assert len(expected) > 650
     assert found.channels["v_r"][found.covers] == pytest.approx(expected, abs=1e-4)

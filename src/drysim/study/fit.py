@@ -60,6 +60,7 @@ from drysim.study.fit_model import (
     Prediction,
     Solved,
     build_model,
+    fit_of,
     fitted_end,
     is_decay,
     model_of_law,
@@ -639,11 +640,6 @@ class LeastSquares:
         """Return the motion at scaled parameters."""
         return self.model.solve(np.clip(x * self.scale, *self.model.bounds), self.end)
 
-    def predict(self, x: Floats) -> Prediction | None:
-        """Return the computed channels at scaled parameters."""
-        solved = self.solve(x)
-        return None if solved is None else solved.prediction(self.model.compared)
-
     def slopes(
         self, solved: Solved | None, integrated: bool = False
     ) -> dict[str, Floats] | None:
@@ -660,33 +656,25 @@ class LeastSquares:
             return None
         return {name: one * self.scale[:, None] for name, one in found.items()}
 
-    def differences(self, x: Floats) -> dict[str, Floats]:
+    def differences(self, solved: Solved | None) -> dict[str, Floats]:
         """Return computed minus measured channels; large if the scene cannot be solved."""
-        return self.differences_of(self.solve(x))
-
-    def differences_of(self, solved: Solved | None) -> dict[str, Floats]:
-        """Return `differences` of a motion."""
         if solved is None:
-            return {name: 10.0 * np.abs(one) + 1.0 for name, one in self.measured.items()}
-        found = solved.prediction(self.model.compared)
+            return {name: 10.0 * np.abs(row) + 1.0 for name, row in self.measured.items()}
+        computed = solved.prediction(self.model.compared)
         return {
-            name: np.where(found.covers, found.channels[name] - one, 0.0)
-            for name, one in self.measured.items()
+            name: np.where(computed.covers, computed.channels[name] - row, 0.0)
+            for name, row in self.measured.items()
         }
 
     def centred(self, difference: Floats, mask: Mask) -> Floats:
         """Return differences without the offset of their channel, if it is unknown."""
         return difference - difference[mask].mean() if self.model.has_offset else difference
 
-    def residuals(self, x: Floats, mask: Mask) -> Floats:
+    def residuals(self, solved: Solved | None, mask: Mask) -> Floats:
         """Return the residuals of the selected samples in units of the noise."""
-        return self.residuals_of(self.solve(x), mask)
-
-    def residuals_of(self, solved: Solved | None, mask: Mask) -> Floats:
-        """Return `residuals` of a motion."""
-        differences = self.differences_of(solved).items()
+        differences = self.differences(solved).items()
         return np.concatenate(
-            [self.centred(one, mask)[mask] / self.noise[name] for name, one in differences]
+            [self.centred(row, mask)[mask] / self.noise[name] for name, row in differences]
         )
 
     def over(self, mask: Mask) -> Differentiable:
@@ -705,7 +693,7 @@ class LeastSquares:
                 columns.append(chosen / self.noise[name])
             return np.concatenate(columns, axis=1).T
 
-        return Differentiable(lambda x: self.residuals_of(solve(x), mask), slopes)
+        return Differentiable(lambda x: self.residuals(solve(x), mask), slopes)
 
     @property
     def integrated(self) -> Differentiable:
@@ -720,7 +708,7 @@ class LeastSquares:
         solve, names = remember_last(self.solve), self.model.compared
 
         def value(x: Floats) -> Floats:
-            found = self.differences_of(solve(x))
+            found = self.differences(solve(x))
             smooth = {name: self.smoothed(one, name) for name, one in found.items()}
             return np.concatenate([smooth[name] / self.smooth_sizes[name] for name in names])
 
@@ -760,17 +748,18 @@ class LeastSquares:
 
     def unchanged(self, x: Floats, steps: Floats) -> Mask:
         """Return the samples whose mode is the same within a step of each parameter."""
-        here = self.predict(x)
+        here = self.solve(x)
         if here is None:
             return self.all_samples
-        mask: Mask = here.mode < UNCERTAIN
+        mode = here.places.mode
+        mask: Mask = mode < UNCERTAIN
         if self.model.fit.measured.is_rig:
-            mask &= here.mode != 0  # the force at rest is not that of a law
-        for each in np.diag(steps):
-            for x_near in (x + each, x - each):
-                near = self.predict(x_near)
+            mask &= mode != 0  # the force at rest is not that of a law
+        for step in np.diag(steps):
+            for x_near in (x + step, x - step):
+                near = self.solve(x_near)
                 if near is not None:
-                    mask &= near.mode == here.mode
+                    mask &= near.places.mode == mode
         return mask
 
     def robust_level(self) -> float:
@@ -817,14 +806,15 @@ class LeastSquares:
     def error(self, x: Floats) -> float:
         """Return the error of the worst channel, relative to the RMS of its signal."""
         errors = []
-        for name, difference in self.differences(x).items():
+        for name, difference in self.differences(self.solve(x)).items():
             centred = self.centred(difference, self.all_samples)
             errors.append(rms(centred) / (rms(self.measured[name]) or 1.0))
         return max(errors)
 
     def cost(self, x: Floats) -> float:
         """Return the robust sum of squares over all samples, in units of the noise."""
-        residuals, level = self.residuals(x, self.all_samples), self.robust_level()
+        residuals = self.residuals(self.solve(x), self.all_samples)
+        level = self.robust_level()
         return float(2 * level**2 * np.sum(np.sqrt(1 + (residuals / level) ** 2) - 1))
 
 
@@ -863,12 +853,11 @@ def final_fit(squares: LeastSquares, x: Floats) -> Solution:
         smooth = squares.unchanged(x, steps)
         if smooth.sum() < 10 * len(x):
             smooth = squares.unchanged(x, SMALLEST_STEP * sizes(x))
-        mask = trimmed(squares, x, smooth)
+        mask = without_outliers(squares, x, smooth)
         robust = squares.robust_level() if i < 2 else None
         x = minimise(squares.over(mask), x, DIFFERENCE, squares.bounds, FINAL_CALLS, robust)
-        found = squares.differences(x)
         noise = {}
-        for name, difference in found.items():
+        for name, difference in squares.differences(squares.solve(x)).items():
             chosen = squares.centred(difference, mask)[mask]
             size = float(np.sqrt(np.sum(chosen**2) / max(1, len(chosen) - len(x))))
             signal = squares.model.measurement.channels[name]
@@ -882,7 +871,7 @@ def final_fit(squares: LeastSquares, x: Floats) -> Solution:
         if i > 2 and np.allclose(new, steps, rtol=0.05):
             break
         steps = new
-    residuals = squares.residuals(x, mask)
+    residuals = squares.residuals(squares.solve(x), mask)
     total = float(residuals @ residuals)
     return Solution(squares, x, covariance, slopes, smooth, mask, total)
 
@@ -898,14 +887,14 @@ def covariance_of(slopes: Floats) -> Floats:
     return covariance
 
 
-def trimmed(squares: LeastSquares, x: Floats, mask: Mask) -> Mask:
+def without_outliers(squares: LeastSquares, x: Floats, mask: Mask) -> Mask:
     """Return the selected samples without outliers, unless there are too many.
 
     A stop that the motion makes or misses by very little is an outlier until its parameter is
     right; Gaussian noise has none.
     """
     kept = mask.copy()
-    for difference in squares.differences(x).values():
+    for difference in squares.differences(squares.solve(x)).values():
         difference = squares.centred(difference, mask)
         level = OUTLIER * float(np.median(np.abs(difference[mask]))) / 0.6745
         kept &= np.abs(difference) <= level
@@ -918,7 +907,7 @@ def is_noise(solution: Solution, margin: float = NOISE_MARGIN) -> bool:
     Those next to an event do not count: its time is known within the uncertainty only.
     """
     squares = solution.squares
-    for name, difference in squares.differences(solution.x).items():
+    for name, difference in squares.differences(squares.solve(solution.x)).items():
         signal = squares.measured[name]
         size, level = float(np.abs(signal).max()), noise_level(signal)
         least = max(margin * level * (level > NOISELESS * size), ROUNDING * size)
@@ -966,7 +955,7 @@ def gain_of_start(solution: Solution, keys: Sequence[str]) -> float:
     steps = np.append(np.zeros(p), np.full(len(keys), START_STEP))
     mask = solution.smooth & wide.unchanged(x, steps)
     slopes = wide.over(mask).jacobian(x, DIFFERENCE, wide.bounds)
-    residuals = wide.residuals(x, mask)
+    residuals = wide.residuals(wide.solve(x), mask)
     left = [
         float(np.sum((residuals - some @ np.linalg.lstsq(some, residuals, rcond=None)[0]) ** 2))
         for some in (slopes[:, :p], slopes)
@@ -975,7 +964,7 @@ def gain_of_start(solution: Solution, keys: Sequence[str]) -> float:
     return (left[0] - left[1]) / max(1.0, (1.0 + rho) / (1.0 - min(rho, 0.999)))
 
 
-def changed(
+def perturbed(
     squares: LeastSquares, x: Floats, j: int, changes: Iterable[float]
 ) -> Iterator[Floats]:
     """Yield scaled parameters with relative changes of one of them, within its bounds."""
@@ -991,7 +980,7 @@ def scan(squares: LeastSquares, x: Floats) -> Floats | None:
     """Return scaled parameters with a lower cost than x, varying one at a time; else None."""
     best, lowest = None, BETTER * squares.cost(x)
     for j in range(len(x)):
-        for near in changed(squares, x, j, SCAN):
+        for near in perturbed(squares, x, j, SCAN):
             if (cost := squares.cost(near)) < lowest:
                 best, lowest = near, cost
     return best
@@ -1001,7 +990,7 @@ def neighbours(squares: LeastSquares, x: Floats) -> Iterator[Floats]:
     """Yield starts around a solution, each with one parameter changed."""
     for j, one in enumerate(squares.model.parameters):
         static = one.key.startswith(STATIC_PATHS)
-        yield from changed(squares, x, j, STATIC_NEIGHBOURS if static else NEIGHBOURS)
+        yield from perturbed(squares, x, j, STATIC_NEIGHBOURS if static else NEIGHBOURS)
 
 
 # Profiles
@@ -1062,8 +1051,8 @@ def _over_all_samples(
 
     starts = [
         *(one.x for one in selected.points),
-        *changed(squares, solution.x, j, SCAN),
-        *changed(squares, solution.x, j, _static_changes(solution, j)),
+        *perturbed(squares, solution.x, j, SCAN),
+        *perturbed(squares, solution.x, j, _static_changes(solution, j)),
     ]
     points = sorted(map(point, starts), key=lambda one: one[:2])
     ends: list[float | None] = []
@@ -1199,9 +1188,15 @@ class LawFit:
     @cached_property
     def prediction(self) -> Prediction:
         """The fitted motion: all channels, measured or not."""
-        found = self.model.predict(self.values, names=tuple(CHANNELS))
-        assert found is not None, "the solution was solved before"
-        return found
+        solved = self.model.solve(self.values)
+        assert solved is not None, "the solution was solved before"
+        return solved.prediction(tuple(CHANNELS))
+
+    def residuals(self, name: str, offset: float | None) -> Floats:
+        """Return the measured minus the fitted samples of a channel; 0 beyond the motion."""
+        measured, fitted = self.model.measurement.channels[name], self.prediction
+        difference = measured - fitted.channels[name] - (offset or 0.0)
+        return np.where(fitted.covers, difference, 0.0)
 
     @cached_property
     def channels(self) -> tuple[ChannelFit, ...]:
@@ -1230,7 +1225,9 @@ class LawFit:
 
         def squares(x: Floats) -> float:
             same = np.where(static, self.solution.x, x)
-            return float(np.sum(self.first.residuals(same, self.solution.mask) ** 2))
+            return float(
+                np.sum(self.first.residuals(self.first.solve(same), self.solution.mask) ** 2)
+            )
 
         lowest = squares(self.solution.x)
         agree = sum(squares(x) <= AGREE * lowest + 1e-9 for x in self.ends)
@@ -1270,7 +1267,7 @@ def fit_law(
     starts, shared = model.starts(), (model.motion, model.measurement)  # by all laws
     first = LeastSquares.starting_from(model, end, starts[0])
     closed = [start / first.scale for start in starts]
-    if first.predict(closed[0]) is None:
+    if first.solve(closed[0]) is None:
         model.at(starts[0])  # raises what is wrong with the values
     candidates = [*closed, *pool.map_in_order(first.coarse, closed, shared)]
     costs = list(map(first.cost, candidates))
@@ -1319,7 +1316,7 @@ def profiles_of(one: LawFit, pool: WorkerPool) -> dict[int, ParameterProfile]:
     return dict(zip(free, pool.map_in_order(profile, free), strict=True))
 
 
-def continued(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit | None:
+def refit_from_profiles(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit | None:
     """Return the fit from the lowest point of the profiles; None if it is no better one."""
     points = [point for profile in profiles.values() for point in profile.points]
     lowest = min(points, key=lambda point: point.rise, default=None)
@@ -1386,12 +1383,11 @@ def fit(
         If the scenario has no fit block.
     """
     require_fit(scenario)
-    assert scenario.fit is not None, "that was required"
     first = build_model(scenario)
     choose_engine(case_cost(first.case), first.case.kernels)
     check_motion(first)
     end = fitted_end(scenario, first.measurement)
-    names, read = scenario.fit.laws, (first.motion, first.measurement)
+    names, read = fit_of(scenario).laws, (first.motion, first.measurement)
     models = [model_of_law(scenario, *read, name) for name in names] or [first]
     with WorkerPool(worker_count(workers)) as pool:
         fits = [fit_law(model, end, pool, finished) for model in models]
@@ -1399,7 +1395,7 @@ def fit(
             scores = score_laws(names, fits)
             best = names.index(scores[0].law) if scores else 0
             profiles = profiles_of(fits[best], pool)
-            better = continued(fits[best], profiles) if left else None
+            better = refit_from_profiles(fits[best], profiles) if left else None
             if better is None:
                 break
             fits[best] = better
@@ -1471,32 +1467,28 @@ def score_laws(names: Sequence[str], fits: Sequence[LawFit]) -> tuple[LawScore, 
 
 def block_squares(one: LawFit) -> Floats:
     """Return the mean squared relative residual of blocks of the held-out part."""
-    found, count = one.prediction, len(one.model.measurement.t)
+    count = len(one.model.measurement.t)
     begin = one.first.count if count - one.first.count >= BLOCKS else 0
     total: Floats = np.zeros(count - begin)
-    for name, *_, offset in one.channels:
-        signal = one.model.measurement.channels[name]
-        difference = signal - found.channels[name] - (offset or 0.0)
-        difference = np.where(found.covers, difference, 0.0)[begin:]
-        total = total + (difference / (float(signal.std()) or 1.0)) ** 2
+    for channel in one.channels:
+        size = float(one.model.measurement.channels[channel.name].std()) or 1.0
+        total = total + (one.residuals(channel.name, channel.offset)[begin:] / size) ** 2
     return np.array([float(block.mean()) for block in np.array_split(total, BLOCKS)])
 
 
 def errors_of(one: LawFit) -> Iterator[ChannelFit]:
     """Yield how well each channel is fitted and predicted."""
-    model, found, count = one.model, one.prediction, one.first.count
+    model, mask, count = one.model, one.solution.mask, one.first.count
     for name in model.compared:
         measured, offset = model.measurement.channels[name], None
-        difference = measured - found.channels[name]
         if model.has_offset:
-            offset = float(difference[:count][one.solution.mask].mean())
-            difference = difference - offset
+            difference = measured - one.prediction.channels[name]
+            offset = float(difference[:count][mask].mean())
         size = rms(measured - (offset or 0.0)) or 1.0
-        difference = np.where(found.covers, difference, 0.0)
-        fitted, rest = difference[:count], difference[count:]
-        chosen = fitted[one.solution.mask]
-        freedom = max(1, len(chosen) - len(model.parameters))
-        noise = float(np.sqrt(np.sum(chosen**2) / freedom))
+        residuals = one.residuals(name, offset)
+        fitted, rest = residuals[:count], residuals[count:]
+        freedom = max(1, int(mask.sum()) - len(model.parameters))
+        noise = float(np.sqrt(np.sum(fitted[mask] ** 2) / freedom))
         held_out = rms(rest) / size if len(rest) else None
         yield ChannelFit(name, noise, rms(fitted) / size, held_out, offset)
 
@@ -1711,7 +1703,10 @@ def is_near(value: float, bound: float | None, scale: float) -> bool:
 
 def lag_correlation(one: LawFit, name: str) -> float:
     """Return the correlation of neighbouring residuals of a channel."""
-    difference, mask = one.first.differences(one.solution.x)[name], one.solution.mask
+    difference, mask = (
+        one.first.differences(one.first.solve(one.solution.x))[name],
+        one.solution.mask,
+    )
     values = difference - difference[mask].mean()
     both = mask[1:] & mask[:-1]
     size = float(np.mean(values[mask] ** 2))
@@ -1808,7 +1803,7 @@ def refitted(one: LawFit, model: FitModel, enough: float = 0.0) -> tuple[float, 
         squares = LeastSquares.starting_from(model, end, start)
         scale = squares.scale
         x = squares.refine(squares.coarse(start / scale), STEPS[:3])
-        error = rms(squares.residuals(x, squares.all_samples))
+        error = rms(squares.residuals(squares.solve(x), squares.all_samples))
         if error < best:
             best, values = error, x * scale
         if best < enough:

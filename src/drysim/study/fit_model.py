@@ -1,10 +1,10 @@
 """What a fit compares: the measured response, and the exact motion at the same instants.
 
 `read_measurement` reads the channels and places them on the time axis of the base motion.
-`FitModel.predict` solves the scenario with other values of its free keys and returns the same
-channels; `FitModel.slopes` returns their derivatives. A friction rig has no dynamics: its
-motion is imposed, which is the motion of a mass so heavy that no friction force accelerates it,
-so that every friction law is evaluated by the same exact solution.
+`FitModel.solve` solves the scenario with other values of its free keys; `Solved` has the same
+channels of that motion and their derivatives. A friction rig has no dynamics: its motion is
+imposed, which is the motion of a mass so heavy that no friction force accelerates it, so that
+every friction law is evaluated by the same exact solution.
 """
 
 from __future__ import annotations
@@ -200,12 +200,6 @@ class Places(NamedTuple):
         mode = np.where(inside, mode, OUTSIDE).astype(np.int8)
         return cls(low, place - low, mode, response.dt)
 
-    @property
-    def covers(self) -> NDArray[np.bool_]:
-        """Whether an instant lies within the motion."""
-        inside: NDArray[np.bool_] = self.mode != OUTSIDE
-        return inside
-
     def sample(self, values: Floats) -> Floats:
         """Return the values on the grid, along the last axis, at the instants."""
         first: Floats = values[..., self.low]
@@ -294,7 +288,7 @@ class Solved:
                 rows = places.sample(getattr(found, name))
                 for j in delayed:
                     rows[j] = places.rate(values)
-                slopes[name] = rows * places.covers
+                slopes[name] = rows * (places.mode != OUTSIDE)
         return slopes
 
     def rates(self, sizes: Floats) -> tuple[Floats, Floats]:
@@ -360,8 +354,7 @@ class FitModel:
     @property
     def fit(self) -> Fit:
         """The fit block."""
-        assert self.scenario.fit is not None, "a model is built from a fit block"
-        return self.scenario.fit
+        return fit_of(self.scenario)
 
     @property
     def compared(self) -> tuple[str, ...]:
@@ -427,25 +420,12 @@ class FitModel:
         start = self._imposed_start(scene.start.x_r)
         return scene._replace(plant=Plant(RIG_MASS, 0.0, 0.0), start=start)
 
-    def predict(
-        self, values: Floats, end: float | None = None, names: tuple[str, ...] = ()
-    ) -> Prediction | None:
-        """Return the computed channels, or None if the scene cannot be solved.
-
-        Parameters
-        ----------
-        values : ndarray, shape (p,)
-            Values of the free keys.
-        end : float, optional
-            Time up to which samples are needed [s]; default: all of them.
-        names : tuple of str, optional
-            Channels to return; default: those that are compared.
-        """
-        solved = self.solve(values, end)
-        return None if solved is None else solved.prediction(names or self.compared)
-
     def solve(self, values: Floats, end: float | None = None) -> Solved | None:
-        """Return the motion with these values; parameters and None as in `predict`."""
+        """Return the motion with some values of the free keys, shape (p,).
+
+        It has the samples up to the time `end` [s]; default: all of them. None if the scene
+        cannot be solved.
+        """
         scene = self.scene(values)
         if not is_valid_scene(scene.law, scene.start):
             return None
@@ -698,10 +678,15 @@ class FitModel:
 # Building a model
 
 
+def fit_of(scenario: Scenario) -> Fit:
+    """Return the fit block of a scenario that has one."""
+    assert scenario.fit is not None, "only a scenario with a fit block is fitted"
+    return scenario.fit
+
+
 def is_decay(scenario: Scenario) -> bool:
     """Return whether a free decay is fitted, on a base at rest; a rig imposes its motion."""
-    assert scenario.fit is not None, "only a scenario with a fit block is fitted"
-    return scenario.excitation.kind == "rest" and not scenario.fit.measured.is_rig
+    return scenario.excitation.kind == "rest" and not fit_of(scenario).measured.is_rig
 
 
 def build_model(scenario: Scenario) -> FitModel:
@@ -714,8 +699,7 @@ def build_model(scenario: Scenario) -> FitModel:
     ScenarioError
         If a free key has no start.
     """
-    fit = scenario.fit
-    assert fit is not None, "only a scenario with a fit block is fitted"
+    fit = fit_of(scenario)
     if is_decay(scenario) and (fit.measured.delay or DELAY_KEY in fit.free):
         sentence = f"{DELAY_KEY}: nothing lags behind a base at rest; remove it"
         keys = (
@@ -753,11 +737,11 @@ def model_of_law(
 ) -> FitModel:
     """Return the model under a friction law; default: that of the file."""
     under = scenario.with_law(law) if law else scenario
-    assert under.fit is not None, "only a scenario with a fit block is fitted"
+    free = fit_of(under).free
     words = scenario.model_dump(by_alias=True, exclude_none=True)
     known = numeric_keys(type(scenario), words)
     missing, parameters = set(scenario.missing_values), []
-    for key, one in under.fit.free.items():
+    for key, one in free.items():
         if key == OFFSET_KEY or (law and not law_uses_key(under, law, key)):
             continue
         if key == DELAY_KEY:
@@ -774,7 +758,7 @@ def model_of_law(
             low = max(low, 1.0)
         high = ends[1] if one.high is None else min(one.high, ends[1])
         above = STATIC_KEYS.get(key, "")
-        if above and above not in under.fit.free:  # at most the static limit of the file
+        if above and above not in free:  # at most the static limit of the file
             limit = getattr(under.friction, above.partition(".")[2], None)
             high = min(high, limit) if isinstance(limit, float) else high
         start = one.start
@@ -791,11 +775,10 @@ def model_of_law(
 
 def fitted_end(scenario: Scenario, measurement: Measurement) -> float:
     """Return the time from which the record is held out [s]."""
-    assert scenario.fit is not None, "only a scenario with a fit block is fitted"
-    share = scenario.fit.hold_out
+    fit = fit_of(scenario)
+    share = fit.hold_out
     if share is None:
-        whole = scenario.fit.measured.is_rig or is_decay(scenario)
-        share = 0.0 if whole else DEFAULT_HOLD_OUT
+        share = 0.0 if fit.measured.is_rig or is_decay(scenario) else DEFAULT_HOLD_OUT
     t = measurement.t
     count = round((1.0 - share) * len(t))
     if count < MIN_SAMPLES:
@@ -919,9 +902,8 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
 
 def keeps_mean(scenario: Scenario) -> bool:
     """Return whether a mean of the measured acceleration is expected, or fitted."""
-    assert scenario.fit is not None, "only a scenario with a fit block is fitted"
     is_kept = getattr(scenario.excitation, "gravity", "refuse") == "keep"
-    return is_kept or OFFSET_KEY in scenario.fit.free
+    return is_kept or OFFSET_KEY in fit_of(scenario).free
 
 
 def check_response_gravity(record: ChannelRecord, level: Level) -> None:
