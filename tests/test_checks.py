@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 from outcomes import judgement
 
@@ -41,6 +42,12 @@ def test_every_metric_can_be_checked_in_its_own_unit(metric):
         ("T_a", "write `metric < value`, such as `T_a < 1.5`, not `T_a`"),
         ("T_a < ", "write `metric < value`, such as `T_a < 1.5`, not `T_a <`"),
         ("T_a < 3 N", "`N` is a unit of force, not a plain number"),
+        ("T_a p0 < 1", "a quantile lies between p0 and p100, not at `p0`"),
+        ("T_a p95 < 1 with every seed", "write either `p95` or `with every seed`, not both"),
+        (
+            "T_a < 1 with all seeds",
+            "unknown unit `with all seeds`",
+        ),
         ("T_a < 1e999", "must compare with a finite number, not `1e999`"),
     ],
 )
@@ -100,6 +107,35 @@ def rows(
         ({"excitation.frequency": 1.0 + i}, dict(zip(names, values, strict=True)))
         for i, values in enumerate(zip(*metrics.values(), strict=True))
     ]
+
+
+@pytest.mark.parametrize(
+    ("text", "judges", "value"),
+    [
+        ("x_r_peak < 25 mm", "mean", 0.02),
+        ("x_r_peak < 25 mm  with every seed ", "every seed", 0.04),
+        ("x_r_peak > 25 mm with every seed", "every seed", 0.01),
+        ("x_r_peak p50 < 25 mm", "p50", 0.015),
+        ("x_r_peak p99.5 < 25 mm", "p99.5", 0.04),
+        ("x_r_peak < 25 mm with every seed at excitation.rms > 1", "every seed", 0.04),
+    ],
+)
+def test_check_judges_mean_quantile_or_every_seed(text, judges, value):
+    check = Check.parse(text, UNITS)
+    assert (check.judges, check.limit, str(check)) == (judges, 0.025, text)
+    assert check.over_seeds(np.array([0.01, 0.04, 0.01, 0.02])) == pytest.approx(value)
+
+
+def test_unknown_value_of_a_seed_makes_that_of_all_unknown():
+    values = np.array([0.01, np.nan, 0.03])
+    for text in ("x_r_peak < 25 mm with every seed", "x_r_peak p95 < 25 mm"):
+        assert np.isnan(Check.parse(text).over_seeds(values))
+
+
+def test_checks_over_seeds_contradict_only_where_they_judge_the_same():
+    every, mean = Check.parse("T_a < 1 with every seed"), Check.parse("T_a > 2")
+    assert not every.contradicts(mean)
+    assert Check.parse("T_a > 2 with every seed").contradicts(every)
 
 
 def test_check_with_at_holds_its_conditions_in_si():

@@ -203,6 +203,42 @@ def test_checks_judge_the_mean_and_say_so(noisy):
     assert not any(one.slug == "check-undecided" for one in found.warnings)
 
 
+def test_checks_over_seeds_say_what_they_judge(drysim, noisy):
+    seeds = run(load(noisy, {SEEDS: 20}))
+    values = sorted(row.metrics["x_r_peak"] for row in seeds.rows)
+    limit = 0.5 * sum(values[-4:-2])  # three seeds exceed it, the mean does not
+    written = f"{1e3 * limit:.6f} mm"
+    texts = [f"x_r_peak < {written}", f"x_r_peak p95 < {written}"]
+    texts += [f"x_r_peak < {written} with every seed", "x_r_peak < 1 m with every seed"]
+    words = ["--set", f"{SEEDS}=20", "--set", f"checks={json.dumps(texts)}"]
+    done = drysim("run", noisy, *words, "--no-plots", "-o", "out")
+    assert done.code == 1
+    said = " ".join(done.out.split())
+    for sentence in (
+        f"✓ holds {texts[0]}, with",
+        "mean of 20 seeds (3 fail)",
+        f"✗ fails {texts[1]}, with",
+        "p95 of 20 seeds (3 fail)",
+        f"✗ fails {texts[2]}: 3 of 20 seeds fail, worst with",
+        f"✓ holds {texts[3]}, with {format_number(values[-1], 'm', 6)}, the worst of 20 seeds",
+    ):
+        assert sentence in said
+    checks = json.loads((noisy.parent / "out/drysim.json").read_text("utf-8"))["checks"]
+    assert [check["judges"] for check in checks] == ["mean", "p95", *["every seed"] * 2]
+    assert [check.get("failed_seeds", 0) for check in checks] == [3, 3, 3, 0]
+    assert checks[2]["value"] == values[-1]
+
+
+def test_check_over_seeds_judges_each_case_of_a_sweep(drysim, noisy):
+    sweep = "sweep={friction.kinetic: [0, 45]}"
+    words = ["--set", f"{SEEDS}=6", "--set", sweep]
+    text = "x_r_peak < 1 mm with every seed at friction.kinetic < 50"
+    done = drysim("sweep", noisy, *words, "--set", f"checks=[{text}]", "--no-plots")
+    said = " ".join(done.out.split())
+    assert f"✗ fails {text} in 2 of 2 cases, worst with" in said
+    assert ", the worst of 6 seeds at kinetic 0 N" in said
+
+
 def test_a_check_whose_limit_lies_within_the_interval_is_a_warning(noisy):
     mean = run(load(noisy, {SEEDS: 10})).statistics["T_a"].mean
     found = run(load(noisy, {SEEDS: 10, "checks": [f"T_a < {mean + 1e-4}"]}))

@@ -1,7 +1,8 @@
 """Checks: text such as `T_a < 1.5` is parsed to a `Check`, which gives a `Verdict` on metrics.
 
 A check compares a metric with a limit, in all cases or, after `at`, in those whose scenario
-keys satisfy conditions. An unknown metric fails the check.
+keys satisfy conditions. Over several seeds it judges the mean, every seed, or a quantile. An
+unknown metric fails the check.
 """
 
 from __future__ import annotations
@@ -38,11 +39,17 @@ blanks."""
 AT_PATTERN = re.compile(r"\sat(?=\s|$)")
 """Separates a comparison from its conditions."""
 
-WITH_EVERY_SEED = " with every seed"
-"""Ends the text of a check that each seed must pass, and not only their mean."""
+MEAN, EVERY_SEED = "mean", "every seed"
+"""What a check judges over several seeds, besides quantiles such as `p95`."""
+
+_EVERY_SEED_PATTERN = re.compile(r"\s+with\s+every\s+seed\s*$")
+"""Ends the text of a check that each seed must pass."""
 
 _CONDITION_PATTERN = re.compile(rf"\s*+(?P<key>[A-Za-z_][\w.-]*){COMPARISON_PATTERN}")
-_CHECK_PATTERN = re.compile(rf"\s*+(?P<metric>[A-Za-z_]\w*){COMPARISON_PATTERN}")
+_CHECK_PATTERN = re.compile(
+    rf"\s*+(?P<metric>[A-Za-z_]\w*)(?:\s++p(?P<percent>\d++(?:\.\d++)?+))?+"
+    rf"{COMPARISON_PATTERN}"
+)
 
 STATUS, OK = "status", "ok"
 """Condition that selects cases with metrics: `at status == ok`."""
@@ -66,10 +73,12 @@ class Check:
     """Conditions, all of which must hold where the check applies."""
     unit: str = ""
     """Unit in which the limit is written; empty for a bare number."""
+    judges: str = MEAN
+    """What is judged over several seeds: `mean`, `every seed`, or a quantile such as `p95`."""
 
     @classmethod
     def parse(cls, text: str, units: Mapping[str, str] | None = None) -> Check:
-        """Parse `metric op value [at key op value [and ...]]`.
+        """Parse `metric [p95] op value [with every seed] [at key op value [and ...]]`.
 
         Parameters
         ----------
@@ -95,7 +104,8 @@ class Check:
     def comparison(cls, text: str) -> Check:
         """Parse a check without its conditions; errors as in `parse`."""
         comparison = AT_PATTERN.split(text, maxsplit=1)[0]
-        form = _CHECK_PATTERN.fullmatch(comparison)
+        single = _EVERY_SEED_PATTERN.sub("", comparison)
+        form = _CHECK_PATTERN.fullmatch(single)
         if form is None:
             raise ValueError(
                 f"write `metric < value`, such as `T_a < 1.5`, not {format_value(text)}"
@@ -103,7 +113,14 @@ class Check:
         metric, op = known_metric(form["metric"]), form["op"]
         check_operator(op)
         bound, unit = parse_limit(form["limit"], UNITS[metric]), unit_suffix(form["limit"])
-        return cls(text, metric, op, bound, unit=unit)
+        judges = MEAN if single == comparison else EVERY_SEED
+        if percent := form["percent"]:
+            if judges == EVERY_SEED:
+                raise ValueError(f"write either `p{percent}` or `with {EVERY_SEED}`, not both")
+            if not 0.0 < float(percent) < 100.0:
+                raise ValueError(f"a quantile lies between p0 and p100, not at `p{percent}`")
+            judges = f"p{float(percent):g}"
+        return cls(text, metric, op, bound, unit=unit, judges=judges)
 
     @property
     def keys(self) -> set[str]:
@@ -114,6 +131,22 @@ class Check:
         """Return the check for a scenario in which some keys have these values."""
         known = (replace(one, here=here.get(one.key, one.here)) for one in self.conditions)
         return replace(self, conditions=tuple(known))
+
+    def over_seeds(self, values: Column) -> Any:
+        """Return the value over several seeds that the check judges.
+
+        Parameters
+        ----------
+        values : ndarray, shape (seeds, ...)
+            Metric of each seed. NaN where unknown, which makes the value NaN.
+        """
+        if self.judges == MEAN:
+            return values.mean(axis=0)
+        if self.judges == EVERY_SEED:
+            worst = self.excess(values).argmax(axis=0)  # of NaN, if there is any
+            return np.take_along_axis(values, np.expand_dims(worst, 0), axis=0)[0]
+        level = float(self.judges[1:]) / 100.0
+        return np.quantile(values, level, axis=0, method="median_unbiased")
 
     def judge(self, metrics: Metrics) -> Verdict:
         """Return the verdict on a single case; an unknown metric fails the check.
@@ -179,7 +212,9 @@ class Check:
     def contradicts(self, other: Check) -> bool:
         """Whether no value of the metric satisfies both this check and another."""
         values = (*self._values_at_limit, *other._values_at_limit)
-        return not any(self.holds(value) and other.holds(value) for value in values)
+        return self.judges == other.judges and not any(
+            self.holds(value) and other.holds(value) for value in values
+        )
 
     @property
     def _values_at_limit(self) -> tuple[float, float, float]:
@@ -227,14 +262,13 @@ class Verdict:
     half_width: float | None = None
     """Half width of the 95 % confidence interval of a mean over several seeds."""
     seeds: int = 1
-    """Number of seeds in the mean."""
+    """Number of seeds over which it is judged."""
     failed: int = 0
     """Number of cases of a table that fail the check."""
     cases: int = 0
     """Number of cases to which it applies; 0 for a single case."""
     failed_seeds: int = 0
-    """Number of seeds that fail a check which each must pass; the value is the worst of
-    them."""
+    """Number of seeds whose own values do not satisfy the check."""
 
     @property
     def undecided(self) -> bool:
@@ -253,11 +287,13 @@ class Verdict:
     @property
     def share(self) -> str:
         """How many cases or seeds fail, such as ` in 3 of 12 cases`; empty for a single one."""
-        if self.failed_seeds:
-            return f" in {self.failed_seeds} of {self.seeds} seeds"
-        return (
-            f" in {self.failed} of {self.cases} cases" if self.failed and self.cases > 1 else ""
-        )
+        if self.failed and self.cases > 1:
+            return f" in {self.failed} of {self.cases} cases"
+        if self.failed_seeds and self.check.judges == EVERY_SEED:
+            share = f"{self.failed_seeds} of {self.seeds} seeds"
+            is_said = _EVERY_SEED_PATTERN.search(self.check.text)
+            return f": {share} fail" if is_said else f" in {share}"
+        return ""
 
     @property
     def found(self) -> str:
@@ -275,8 +311,18 @@ class Verdict:
             words = format_interval(value, self.half_width / scale, unit)
         else:
             words = format_number(value, unit, _distinguishing_digits(value, limit))
-        is_mean = self.seeds > 1 and not self.failed_seeds
-        return f"with {words}{f', mean of {self.seeds} seeds' if is_mean else ''}"
+        return f"with {words}{self._described_seeds}"
+
+    @property
+    def _described_seeds(self) -> str:
+        """What the value is over several seeds, such as `, mean of 20 seeds (3 fail)`."""
+        if self.seeds == 1:
+            return ""
+        if self.check.judges == EVERY_SEED:
+            is_said = self.share.endswith(("fail", "seeds"))
+            return "" if is_said else f", the worst of {self.seeds} seeds"
+        fail = f" ({self.failed_seeds} fail)" if self.failed_seeds else ""
+        return f", {self.check.judges} of {self.seeds} seeds{fail}"
 
     @property
     def place(self) -> str:

@@ -36,7 +36,7 @@ from drysim.results.tables import (
 )
 from drysim.scenario.design import WORST
 from drysim.study.design import (
-    EVERY_SEED,
+    STROKE_WITH_EVERY_SEED,
     DesignResult,
     Variant,
     keys_at_bounds,
@@ -348,8 +348,8 @@ def write_design_csv(result: DesignResult, file: Path) -> None:
         *map(metric_column, dict.fromkeys(names)),
         STATUS_COLUMN,
     ]
-    if EVERY_SEED in result.limits:
-        most = [limited_value(EVERY_SEED, row) for row in rows]
+    if STROKE_WITH_EVERY_SEED in result.limits:
+        most = [limited_value(STROKE_WITH_EVERY_SEED, row) for row in rows]
         columns.append(of_design("stroke_used_max", "-", most))
     if rows[0].over:
         columns += [SEEDS_COLUMN, *map(interval_column, named)]

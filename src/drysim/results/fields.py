@@ -151,7 +151,8 @@ def check_fields(verdict: Verdict) -> Fields:
     if verdict.cases:
         fields |= {"failed": verdict.failed, "cases": verdict.cases}
     if verdict.seeds > 1:
-        fields |= {"half_width": verdict.half_width, "seeds": verdict.seeds}
+        fields |= {"judges": verdict.check.judges, "half_width": verdict.half_width}
+        fields["seeds"] = verdict.seeds
     if verdict.failed_seeds:
         fields["failed_seeds"] = verdict.failed_seeds
     return fields if verdict.where is None else {**fields, "where": dict(verdict.where)}

@@ -143,7 +143,9 @@ class Scenario(FromFile):
     ) = None
     """Name of a second approach for the sweep, as the reference curve."""
     checks: Checks = ()
-    """Conditions on metrics, such as `x_r_peak < 25 mm`; if one fails the exit code is 1."""
+    """Conditions on metrics, such as `x_r_peak < 25 mm`; if one fails the exit code is 1. Of
+    several seeds the mean is judged, every seed (`x_r_peak < 25 mm with every seed`), or a
+    quantile (`x_r_peak p95 < 25 mm`)."""
 
     @field_validator("solver")
     @classmethod

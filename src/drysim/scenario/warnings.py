@@ -603,7 +603,8 @@ def _lacking_need(scenario: Scenario, check: Check) -> Need | None:
 def _is_same_check(one: Check, other: Check) -> bool:
     """Return whether two checks of one metric are equivalent."""
     alike = isclose(one.limit, other.limit, rel_tol=LIMIT_ROUNDING)
-    return alike and one.op == other.op and {*one.conditions} == {*other.conditions}
+    same = (one.op, one.judges) == (other.op, other.judges)
+    return alike and same and {*one.conditions} == {*other.conditions}
 
 
 def _apply_together(scenario: Scenario, *checks: Check) -> bool:

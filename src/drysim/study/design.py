@@ -24,7 +24,8 @@ import numpy as np
 
 from drysim.core.model import Floats, Input, Samples, Sines
 from drysim.errors import ScenarioError, SolverError, WarningMessage
-from drysim.metrics.checks import WITH_EVERY_SEED, Check, Verdict
+from drysim.metrics.checks import EVERY_SEED, Check, Verdict
+from drysim.metrics.checks import MEAN as SEED_MEAN
 from drysim.metrics.table import FIT_NAMES, METRICS_BY_NAME, SIGNED, STROKE_USED, Values
 from drysim.metrics.text import format_metric
 from drysim.scenario.axes import Axis, KeyRange, iter_points
@@ -54,10 +55,11 @@ from drysim.study.statistics import (
     Batch,
     Row,
     interval,
+    judge_row,
+    judged_value,
     max_seeds,
     stopping_rule,
     student_t,
-    with_interval,
 )
 from drysim.study.sweep import Execute, choose_engine, describe_numerics, on_workers
 from drysim.study.table import STROKE_LIMIT, hourly_stroke_used
@@ -82,7 +84,7 @@ MIN_RELAXATION = 1e-3
 LEAST_EXCESS = 1e-200
 """Relative excess of a value that is equal to a strict limit."""
 
-EVERY_SEED = replace(STROKE_LIMIT, text=f"{STROKE_LIMIT}{WITH_EVERY_SEED}")
+STROKE_WITH_EVERY_SEED = Check.parse(f"{STROKE_LIMIT} with {EVERY_SEED}")
 """The stroke limit of a file with several seeds: a limit in `within` applies to their mean."""
 
 MAX_CORNERS = 256
@@ -311,10 +313,9 @@ class DesignResult(Result):
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario with the shown design, without the design block; it runs."""
+        """The scenario with the shown design, its limits as checks; it runs."""
         values = self.shown.values if self.shown else {}
-        checks = self.source.checks if self.design.within is None else self.design.within
-        kept: dict[str, object] = {DESIGN_KEY: None, "checks": checks}
+        kept: dict[str, object] = {DESIGN_KEY: None, "checks": self.limits}
         return (
             self.source.copy_with({"sweep": (), "reference": None}).at(values).copy_with(kept)
         )
@@ -492,7 +493,7 @@ def design_of(scenario: Scenario) -> Design:
 
 def stroke_limit_of(scenario: Scenario) -> Check:
     """Return the stroke limit as designs keep it: with every seed."""
-    return EVERY_SEED if max_seeds(scenario) > 1 else STROKE_LIMIT
+    return STROKE_WITH_EVERY_SEED if max_seeds(scenario) > 1 else STROKE_LIMIT
 
 
 def limits_of(scenario: Scenario) -> tuple[Check, ...]:
@@ -787,20 +788,15 @@ def max_excess(limit: Check, rows: Sequence[Row]) -> float:
 
 
 def limited_value(limit: Check, row: Row) -> float:
-    """Return the value that a limit applies to: a mean over seeds, or the stroke of each."""
-    every = limit == EVERY_SEED
-    return number_of(row.largest(STROKE_USED) if every else row.metrics.get(limit.metric))
+    """Return the value over seeds that a limit judges; NaN if it is unknown."""
+    return number_of(judged_value(limit, row))
 
 
 def judge_limit(limit: Check, rows: Sequence[Row], conditions: Collection[str]) -> Verdict:
     """Return the verdict on a limit under the condition that exceeds it by most."""
     row = max(rows, key=lambda row: number_or_inf(limit.excess(limited_value(limit, row))))
     where = {key: value for key, value in row.point.items() if key in conditions}
-    status = "" if row.status == OK else row.status
-    verdict = limit.verdict(limited_value(limit, row), where, status)
-    if row.over and limit != EVERY_SEED:
-        verdict = with_interval(verdict, row.half_widths.get(limit.metric), row.seeds)
-    return verdict
+    return judge_row(limit, row, where)
 
 
 def number_or_inf(value: float) -> float:
@@ -874,8 +870,8 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     error of the interpolant, which is estimated by leaving the last rounds out.
 
     A limit with every seed is one of the largest value, which no resampling exceeds but more
-    seeds would. Where it binds, the end towards which a stricter limit moves the optimum is not
-    known.
+    seeds would; a quantile of few seeds is little else. Where such a limit binds, the end
+    towards which a stricter limit moves the optimum is not known.
     """
     design, limits, best = result.design, result.limits, result.best
     assert best is not None, "only an admissible design has a region"
@@ -918,13 +914,19 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
         changes = np.tensordot(deviations, matrix[:, part], (0, 0))
         holds = np.ones((RESAMPLES, centres.shape[-1]), dtype=bool)
         for i, limit in enumerate(limits, 1):
-            if limit == EVERY_SEED:  # judged with each seed, so before resampling
-                values = centres[i] + changes[i]
+            values = centres[i] + changes[i]
+            if limit.judges == SEED_MEAN:
+                holds &= limit.holds(centres[i] + weights @ changes[i]).all(axis=0)
+                continue
+            judged = limit.over_seeds(np.moveaxis(values, 1, 0))
+            excess = limit.excess(judged).max(axis=0) / (abs(limit.limit) or 1.0)
+            used[part] = np.maximum(used[part], 1.0 + excess)
+            if limit.judges == EVERY_SEED:  # judged with each seed, so before resampling
                 beyond = ~limit.holds(values).all(axis=0)
                 holds &= weights @ beyond == 0.0
-                used[part] = np.maximum(used[part], values.max(axis=(0, 1)) / limit.limit)
             else:
-                holds &= limit.holds(centres[i] + weights @ changes[i]).all(axis=0)
+                several = np.moveaxis(values[:, drawn], 2, 0)
+                holds &= limit.holds(limit.over_seeds(several)).all(axis=0)
         objectives = take(centres[0] + weights @ changes[0], axis=0)
         resampled[:, part] = np.where(holds, objectives, np.inf)
     lows, highs, optimal = [], [], np.zeros(len(points), dtype=bool)
@@ -945,7 +947,7 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     )
     kept = np.ones(len(points), dtype=bool)
     for i, limit in enumerate(limits, 1):
-        if limit != EVERY_SEED:
+        if limit.judges == SEED_MEAN:
             kept &= limit.holds(at_points[i]).all(axis=0)
     objective = np.where(kept, take(at_points[0], axis=0), np.inf)
     return without_unknown_ends(region, vary, points, objective, used)

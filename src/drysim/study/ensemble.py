@@ -13,10 +13,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
+import numpy as np
+
 from drysim.approach.solution import Events, Response
 from drysim.core import compile
 from drysim.errors import SolverError, WarningMessage
-from drysim.metrics.checks import Verdict
+from drysim.metrics.checks import MEAN, Verdict
 from drysim.metrics.table import Values
 from drysim.metrics.text import format_metrics
 from drysim.parallel import WorkerPool, worker_count
@@ -39,8 +41,8 @@ from drysim.study.statistics import (
     needed_seeds,
     seed_range,
     statistics,
-    with_interval,
     with_seed,
+    with_seeds,
 )
 from drysim.study.sweep import solve_interval, solve_ranges
 from drysim.study.warnings import ensemble_warnings
@@ -66,7 +68,7 @@ class Ensemble(Result):
     shown : Outcome
         Outcome of the first seed that has numbers, with its response.
     checks : tuple of Verdict
-        Verdicts on the means.
+        Verdicts over the seeds.
     warnings : tuple of WarningMessage
     complete : bool
         Whether all required seeds were computed.
@@ -223,8 +225,13 @@ def make_ensemble(case: Case, seeds: Batch, complete: bool = True) -> Ensemble:
     means = {name: one and one.mean for name, one in found.items()}
     verdicts = []
     for check in scenario.checks:
-        verdict, one = check.judge(means), found[check.metric]
-        verdicts.append(with_interval(verdict, one.half_width, one.seeds) if one else verdict)
+        values, statistic = good.metrics[check.metric], found[check.metric]
+        judged = means if check.judges == MEAN else {check.metric: check.over_seeds(values)}
+        verdict = check.judge(judged)
+        if statistic:
+            values = values[np.isfinite(values)]
+            verdict = with_seeds(verdict, statistic.half_width, statistic.seeds, values)
+        verdicts.append(verdict)
     warnings = tuple(ensemble_warnings(case, seeds, found, verdicts, shown))
     rows = Rows([seeds])
     return Ensemble(scenario, rows, found, shown, tuple(verdicts), warnings, complete)

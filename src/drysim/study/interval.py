@@ -40,7 +40,7 @@ from drysim.scenario.axes import EXTREME_KEY, LEAST, Axis, decimal_linspace
 from drysim.scenario.model import Scenario
 from drysim.study.plan import CaseRanges, solve_range
 from drysim.study.run import MotionCache
-from drysim.study.statistics import OK, Row
+from drysim.study.statistics import OK, Row, judged_value
 from drysim.study.table import JUMP_METRICS, RATIO_KEY, Jump
 from drysim.wording import format_number, format_range
 
@@ -222,7 +222,7 @@ def undecided_warnings(
             continue
         check = verdict.check
         values = (
-            (value, row.metrics.get(check.metric) if row.status == OK else None)
+            (value, judged_value(check, row) if row.status == OK else None)
             for value, row in sorted(rows.items())
         )
         failed = [value for value, found in values if found is None or not check.holds(found)]

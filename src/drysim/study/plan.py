@@ -348,6 +348,7 @@ def seed_metrics(scenario: Scenario) -> tuple[str, ...]:
     if design is not None:
         limits = design.limits(scenario.checks, None)
         names += [*design.minimise, *(limit.metric for limit in limits), STROKE_USED]
+    names += [check.metric for check in scenario.checks]
     if scenario.stroke is not None:
         names += ["violations", STROKE_USED, "stroke_suffices"]
     return tuple(dict.fromkeys(names))

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cache, cached_property
 from itertools import accumulate, chain, groupby
-from math import fsum, isnan, sqrt
+from math import fsum, isnan, nan, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from drysim.core.model import Floats
 from drysim.errors import WarningMessage
 from drysim.excitation.random import RandomMotion, Until
-from drysim.metrics.checks import Check, Verdict
+from drysim.metrics.checks import MEAN, Check, Verdict
 from drysim.metrics.table import COUNT, METRICS, Metrics
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.sampling import LazySequence
@@ -453,20 +453,61 @@ def student_t(degrees_of_freedom: int) -> float:
     return float(stdtrit(degrees_of_freedom, 0.5 + 0.5 * CONFIDENCE))
 
 
-def with_interval(verdict: Verdict, half_width: float | None, seeds: int) -> Verdict:
-    """Return a verdict with the interval of its mean, if the check applies."""
+def seed_column(row: Row, name: str) -> Floats:
+    """Return the values of a metric kept for each seed, NaN where unknown; else empty."""
+    values = row.over.values.get(name, ()) if row.over else ()
+    return np.array(values, dtype=float)
+
+
+def judged_value(check: Check, row: Row) -> float | None:
+    """Return the value of a case that a check judges; None if it is unknown."""
+    if check.judges == MEAN or row.over is None:
+        return row.metrics.get(check.metric)
+    values = seed_column(row, check.metric)
+    value = float(check.over_seeds(values)) if len(values) else nan
+    return None if isnan(value) else value
+
+
+def judged_column(check: Check, batch: Batch) -> Floats:
+    """Return the values that a check judges, shape (n,); NaN where unknown."""
+    column = batch.metrics[check.metric]
+    if check.judges == MEAN or not batch.over:
+        return column
+    column = column.copy()
+    for i in batch.over:
+        value = judged_value(check, batch.row(i))
+        column[i] = nan if value is None else value
+    return column
+
+
+def with_seeds(
+    verdict: Verdict, half_width: float | None, seeds: int, values: Floats
+) -> Verdict:
+    """Return a verdict over seeds with the interval of a mean, and how many seeds fail.
+
+    `values` are those of single seeds, empty if they are not kept. A check that does not apply
+    has no such numbers.
+    """
     if verdict.passed is None:
         return verdict
-    return replace(verdict, half_width=half_width, seeds=seeds)
+    check = verdict.check
+    failed = int((~check.holds(values)).sum())
+    width = half_width if check.judges == MEAN else None
+    return replace(verdict, half_width=width, seeds=seeds, failed_seeds=failed)
 
 
-def judge_row(check: Check, row: Row) -> Verdict:
-    """Return the verdict on a case to which a check applies, with the interval of a mean."""
+def judge_row(check: Check, row: Row, where: Point | None = None) -> Verdict:
+    """Return the verdict on a case to which a check applies, over its seeds if it has several.
+
+    `where` is the place of the case; default: all its swept keys.
+    """
     status = "" if row.status == OK else row.status
-    verdict = check.verdict(row.metrics.get(check.metric), row.point, status)
+    place = row.point if where is None else where
+    verdict = check.verdict(judged_value(check, row), place, status)
     if row.over is None:
         return verdict
-    return with_interval(verdict, row.half_widths.get(check.metric), row.seeds)
+    width, values = row.half_widths.get(check.metric), seed_column(row, check.metric)
+    return with_seeds(verdict, width, row.seeds, values)
 
 
 # Seeds of a scenario and their stopping rule.

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from drysim.core.model import Input, RecordSummary, Samples, Sines, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.excitation.harmonic import Shock
-from drysim.metrics.checks import STATUS, Check, Verdict, violation
+from drysim.metrics.checks import EVERY_SEED, STATUS, Check, Verdict, violation
 from drysim.metrics.table import (
     HOURLY_STROKE,
     HOURLY_STROKES_BY_SIDE,
@@ -52,6 +52,8 @@ from drysim.study.statistics import (
     Row,
     as_batches,
     judge_row,
+    judged_column,
+    judged_value,
 )
 from drysim.wording import (
     Point,
@@ -284,8 +286,9 @@ class Table(Result):
         by_check = misses_of(Batch.of(0, [row]), own.checks)[:, 0]
         check = (STROKE_LIMIT, *own.checks)[int(by_check.argmax())]
         if check is not STROKE_LIMIT or row.over is None:
-            return check.verdict(row.metrics.get(check.metric), row.point)
-        verdict = check.verdict(row.largest(STROKE_USED), row.point)
+            return check.verdict(judged_value(check, row), row.point)
+        every = replace(STROKE_LIMIT, judges=EVERY_SEED)
+        verdict = every.verdict(row.largest(STROKE_USED), row.point)
         return replace(verdict, seeds=row.seeds, failed_seeds=seeds_beyond(row))
 
     def _batches_of(self, own: Tally) -> Iterator[Batch]:
@@ -744,7 +747,7 @@ class Tally:
     ) -> None:
         applicable = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
         # A case without metrics fails a check that applies to it.
-        values = np.where(good, batch.metrics[check.metric], np.nan)
+        values = np.where(good, judged_column(check, batch), np.nan)
         self._judged[i] += int(applicable.sum())
         self._failed[i] += int((applicable & ~check.holds(values)).sum())
         at = check.worst(applicable, values)
@@ -769,9 +772,9 @@ def misses_of(batch: Batch, checks: Iterable[Check]) -> NDArray[np.float64]:
     """Return by how much each case fails the stroke limit, and then each check.
 
     The amounts, of shape (1 + checks, n), are relative to the limits; that of the stroke is the
-    largest of the seeds, those of checks are of their means. They are infinite if the
-    case has no numbers or a value is unknown, and minus infinity for a check that the case
-    keeps, or that does not apply to it.
+    largest of the seeds, those of checks are of the values that they judge. They are infinite
+    if the case has no numbers or a value is unknown, and minus infinity for a check that the
+    case keeps, or that does not apply to it.
     """
     exceeds = np.nan_to_num(batch.metrics["violations"]) > 0
     used = batch.metrics[STROKE_USED].copy()
@@ -781,7 +784,7 @@ def misses_of(batch: Batch, checks: Iterable[Check]) -> NDArray[np.float64]:
     beyond = np.maximum(np.nan_to_num(used) - 1.0, 0.0)
     misses = [np.where(exceeds, beyond, -np.inf)]
     for check in checks:
-        values = batch.metrics[check.metric]
+        values = judged_column(check, batch)
         applies = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
         amount = check.excess(values) / (abs(check.limit) or 1.0)
         amount = np.where(np.isnan(amount), np.inf, amount)
