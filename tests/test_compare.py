@@ -17,9 +17,9 @@ from drysim.core.model import BRISTLE, CoulombLaw, DynamicLaw
 from drysim.errors import ScenarioError, UsageError
 from drysim.plots.comparison import draw
 from drysim.scenario.axes import Axis
+from drysim.scenario.laws import LAWS
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
-from drysim.scenario.reading import LAWS
 from drysim.study.compare import (
     Comparison,
     Judgement,

@@ -30,8 +30,9 @@ from drysim.friction import (
 from drysim.manual import pages
 from drysim.metrics.table import measure
 from drysim.quantity import Quantity
+from drysim.scenario.keys import numeric_keys
+from drysim.scenario.laws import LAWS
 from drysim.scenario.load import load
-from drysim.scenario.reading import LAWS, numeric_keys
 
 # Friction in words: Coulomb's in particular, and what laws beyond his refuse.
 

@@ -13,7 +13,7 @@ import pytest
 from golden import DESIGNS, FITS, GALLERY, HARD, SCENARIOS, SHIPPED, SWEEPS
 
 import drysim
-from drysim.scenario.reading import LAWS
+from drysim.scenario.laws import LAWS
 from drysim.study import gallery
 
 KEPT = json.loads(golden.FILE.read_text())

@@ -18,7 +18,7 @@ import drysim
 from drysim import errors
 from drysim.approach import APPROACHES_BY_NAME
 from drysim.metrics.table import measure
-from drysim.scenario.reading import LAWS
+from drysim.scenario.laws import LAWS
 from drysim.study.ensemble import Ensemble
 
 GALLERY = Path(__file__).parents[1] / "scenarios"

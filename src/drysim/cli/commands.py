@@ -537,7 +537,7 @@ def scenario_or_default(file: str | None, names: Sequence[str], mode: OutputMode
         return file
     if Path(LOCAL_SCENARIO).exists():
         return LOCAL_SCENARIO
-    from drysim.scenario.reading import LAWS
+    from drysim.scenario.laws import LAWS
     from drysim.study import gallery
 
     name = FALLBACK_FOR_LAWS if LAWS.keys() & {*names} else FALLBACK_SCENARIO

@@ -26,7 +26,7 @@ def complete_approaches() -> list[str]:
 def complete_compared() -> list[str]:
     """Return the names of approaches and friction laws, for shell completion."""
     from drysim.approach import APPROACHES_BY_NAME
-    from drysim.scenario.reading import LAWS
+    from drysim.scenario.laws import LAWS
 
     return [*APPROACHES_BY_NAME, *LAWS]
 

@@ -19,7 +19,7 @@ from drysim.excitation.random import MACHINE_CLASSES
 from drysim.manual import pages
 from drysim.messages import closest_match, did_you_mean
 from drysim.metrics.table import FIT_METRICS, METRICS
-from drysim.scenario.reading import TAG_KEYS
+from drysim.scenario.keys import TAG_KEYS
 from drysim.study.gallery import SCHEMA_FILE, folder, list_scenarios
 from drysim.yaml_document import dump, read_document
 

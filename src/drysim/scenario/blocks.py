@@ -49,7 +49,7 @@ from drysim.metrics.checks import Check
 from drysim.metrics.comfort import DIRECTIONS
 from drysim.metrics.table import sqrt
 from drysim.quantity import Damping, Length, Mass, Quantity, Stiffness, Velocity
-from drysim.scenario.reading import LAWS
+from drysim.scenario.laws import LAWS
 from drysim.yaml_document import Document, KeyPath
 
 SEED_KEY = "excitation.seed"

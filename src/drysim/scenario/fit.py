@@ -37,17 +37,10 @@ from drysim.records.options import (
     Window,
 )
 from drysim.scenario.axes import DottedKeysSchema, NumberOrText
-from drysim.scenario.reading import (
-    LAWS,
-    NumericKey,
-    Reading,
-    dotted_name,
-    fields_by_key,
-    get_block,
-    numeric_keys,
-    other_laws_hint,
-    validation_faults,
-)
+from drysim.scenario.keys import NumericKey, fields_by_key, get_block, numeric_keys
+from drysim.scenario.laws import LAWS, other_laws_hint
+from drysim.scenario.reading import Reading
+from drysim.scenario.validation import dotted_name, validation_faults
 from drysim.wording import join_words
 
 FIT_KEY = "fit"

@@ -15,7 +15,7 @@ from drysim.block import Block
 from drysim.metrics.table import METRICS
 from drysim.scenario import model
 from drysim.scenario.blocks import FORMAT_VERSION
-from drysim.scenario.reading import DEFAULT_LAW, LAW_KEY, LAWS
+from drysim.scenario.laws import DEFAULT_LAW, LAW_KEY, LAWS
 
 # Options of friction laws other than that of the file, in blocks within the friction block
 #

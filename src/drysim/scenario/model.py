@@ -59,19 +59,16 @@ from drysim.scenario.blocks import (
 )
 from drysim.scenario.design import Design
 from drysim.scenario.fit import Fit, missing_values, unstated_start, without_value
-from drysim.scenario.reading import (
+from drysim.scenario.keys import block_models, get_block, members_by_tag, numeric_keys
+from drysim.scenario.laws import (
     LAW_KEY,
     LAWS,
-    block_models,
     friction_under_law,
     friction_uses_key,
-    get_block,
     law_faults,
-    members_by_tag,
-    numeric_keys,
-    validation_faults,
 )
 from drysim.scenario.sampling import SampledValues
+from drysim.scenario.validation import validation_faults
 from drysim.units import NUMBER_PATTERN
 from drysim.wording import Point, format_count, format_number
 from drysim.yaml_document import KeyPath

@@ -57,18 +57,17 @@ from drysim.scenario.design import (
     Conditions,
     VaryRange,
 )
-from drysim.scenario.model import EXCITATIONS_BY_KIND, key_faults
-from drysim.scenario.reading import (
-    LAWS,
+from drysim.scenario.keys import (
     KnownKeys,
     NumericKey,
-    Reading,
     discriminator,
-    dotted_name,
     fields_by_key,
     get_block,
     numeric_keys,
 )
+from drysim.scenario.laws import LAWS
+from drysim.scenario.model import EXCITATIONS_BY_KIND, key_faults
+from drysim.scenario.reading import Reading
 from drysim.scenario.sampling import (
     Design,
     Distribution,
@@ -78,6 +77,7 @@ from drysim.scenario.sampling import (
     Triangular,
     Uniform,
 )
+from drysim.scenario.validation import dotted_name
 from drysim.system import relative_path
 from drysim.wording import format_unit
 from drysim.yaml_document import UNREAD_KEYS, KeyPath

@@ -31,8 +31,8 @@ from drysim.scenario.axes import (
     points_in,
 )
 from drysim.scenario.blocks import LimitBySide, Stroke
+from drysim.scenario.laws import LAW_KEY, LAWS, excluded_keys
 from drysim.scenario.model import LIMIT_KEYS, Scenario, asks_for
-from drysim.scenario.reading import LAW_KEY, LAWS, excluded_keys
 from drysim.wording import Point, format_number
 
 MIN_STEPS_PER_PERIOD = 20

@@ -27,8 +27,8 @@ from drysim.metrics.checks import Verdict
 from drysim.metrics.table import PEAK_STROKE
 from drysim.metrics.text import label_of
 from drysim.scenario.axes import FILE_KEY, Axis
+from drysim.scenario.laws import LAWS
 from drysim.scenario.model import Scenario
-from drysim.scenario.reading import LAWS
 from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import Plan

@@ -30,8 +30,9 @@ from drysim.metrics.table import FIT_NAMES, METRICS_BY_NAME, SIGNED, STROKE_USED
 from drysim.metrics.text import format_metric
 from drysim.scenario.axes import Axis, KeyRange, iter_points
 from drysim.scenario.design import DESIGN_KEY, MEAN, Design
+from drysim.scenario.keys import numeric_keys
+from drysim.scenario.laws import LAWS
 from drysim.scenario.model import Scenario, asks_for
-from drysim.scenario.reading import LAWS, numeric_keys
 from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import CaseRanges, Plan

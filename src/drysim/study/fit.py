@@ -48,8 +48,9 @@ from drysim.metrics.table import Values
 from drysim.parallel import WorkerPool, worker_count
 from drysim.records.warnings import STANDARD_GRAVITY
 from drysim.scenario.fit import CHANNELS, DELAY_KEY, FreeKey
+from drysim.scenario.keys import fields_by_key
+from drysim.scenario.laws import LAWS
 from drysim.scenario.model import Scenario
-from drysim.scenario.reading import LAWS, fields_by_key
 from drysim.study.budget import case_cost
 from drysim.study.fit_model import (
     MIN_SAMPLES,

@@ -36,8 +36,8 @@ from drysim.scenario.fit import (
     ChannelRecord,
     Fit,
 )
+from drysim.scenario.keys import numeric_keys
 from drysim.scenario.model import Scenario, law_uses_key
-from drysim.scenario.reading import numeric_keys
 from drysim.study.budget import memory_shortage, shortage_message
 from drysim.study.case import Case
 from drysim.study.preparation import assemble, base_motion
