@@ -30,7 +30,8 @@ from drysim.results.tables import (
     join_cells,
     write_csv,
 )
-from drysim.scenario.model import asks_for_peak_acceleration, common_period
+from drysim.scenario.model import asks_for_peak_acceleration
+from drysim.scenario.window import common_period
 from drysim.study.summary import BAD, Row, Summary
 from drysim.study.table import HourlyStroke, hourly_stroke_used
 from drysim.wording import (

@@ -28,8 +28,9 @@ from drysim.scenario.design import DESIGN_KEY, OVER_PATH, VARY_PATH
 from drysim.scenario.fit import FIT_KEY, FREE_PATH, read_free, with_placeholders
 from drysim.scenario.keys import fields_by_key, get_block
 from drysim.scenario.laws import DEFAULT_LAW, LAW_KEY, LAWS
-from drysim.scenario.model import Scenario, first_conflict, key_faults, unsupported_values
+from drysim.scenario.model import Scenario, first_conflict, unsupported_values
 from drysim.scenario.reading import MAX_PROBLEMS, Reading, TooManyProblems
+from drysim.scenario.rules import key_faults
 from drysim.scenario.validation import validation_faults
 from drysim.wording import format_count
 from drysim.yaml_document import (

@@ -1,20 +1,16 @@
 """The scenario: a validated file in SI, and the scenarios derived from it.
 
-`Scenario` is first. The sections after it are: the window of the metrics in seconds; rules
-between blocks; the case at a point of a sweep, and many cases as columns; the scenario under
-another approach or another friction law, and what either omits; the resolved scenario as plain
-values.
+`Scenario` is first. The sections after it are: values that an approach does not support; the
+case at a point of a sweep, and many cases as columns; the scenario under another approach or
+another friction law, and what either omits; the resolved scenario as plain values.
 
-Rules on which keys may occur together are checked on the values of a file (`key_faults`), rules
-on values on the scenario (`unsupported_values`). The cases of a sweep are derived from the
-scenario without reading the file again: only the blocks changed by a point are validated, with
-the rules they can violate.
+Rules on which keys may occur together are checked on the values of a file (`key_faults` in
+`rules`), rules on values on the scenario (`unsupported_values`). The cases of a sweep are
+derived from the scenario without reading the file again: only the blocks changed by a point are
+validated, with the rules they can violate.
 """
 
-import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from fractions import Fraction
-from math import gcd, lcm
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -26,13 +22,12 @@ from drysim.block import Block, InvalidValue
 from drysim.core.model import AnyLaw, CoulombLaw, DynamicLaw, PiecewiseLaw
 from drysim.direction import ByDirection, mean_of_directions
 from drysim.errors import Problem, ScenarioError
-from drysim.excitation import EXCITATIONS, Excitation
+from drysim.excitation import Excitation
 from drysim.excitation.base import GeneratedMotion
 from drysim.excitation.harmonic import Shock
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction, RatioInterval
-from drysim.messages import format_value, name_hint
-from drysim.metrics.table import METRICS, Need
+from drysim.metrics.table import Need
 from drysim.scenario.axes import (
     DIRECTION_KEY,
     FILE_KEY,
@@ -59,7 +54,7 @@ from drysim.scenario.blocks import (
 )
 from drysim.scenario.design import Design
 from drysim.scenario.fit import Fit, missing_values, unstated_start, without_value
-from drysim.scenario.keys import block_models, get_block, members_by_tag, numeric_keys
+from drysim.scenario.keys import block_models, numeric_keys
 from drysim.scenario.laws import (
     LAW_KEY,
     LAWS,
@@ -67,20 +62,22 @@ from drysim.scenario.laws import (
     friction_uses_key,
     law_faults,
 )
+from drysim.scenario.rules import KeyFault
 from drysim.scenario.sampling import SampledValues
 from drysim.scenario.validation import validation_faults
-from drysim.units import NUMBER_PATTERN
+from drysim.scenario.window import (
+    common_period,
+    counts_in_periods,
+    has_recorded_normal_force,
+    is_steady_by_default,
+    scene_frequencies,
+    times_in_seconds,
+)
 from drysim.wording import Point, format_count, format_number
 from drysim.yaml_document import KeyPath
 
-KeyFault = tuple[KeyPath, str]
-"""Key path and message of a fault."""
-
 Columns = dict[str, NDArray[Any]]
 """Columns of values of many cases by dotted key."""
-
-EXCITATIONS_BY_KIND = members_by_tag(EXCITATIONS)
-"""Excitation classes by kind."""
 
 STATIC_KEYS = ("static", "static_ratio", "mu_static")
 """Keys that can set the static limit above kinetic friction."""
@@ -188,7 +185,7 @@ class Scenario(FromFile):
     def nominal_law(self) -> AnyLaw:
         """Return the friction law without reading a recorded normal force."""
         friction = self.active_friction
-        if friction is None or not _has_recorded_normal_force(friction):
+        if friction is None or not has_recorded_normal_force(friction):
             return self.law()
         unrecorded = friction.model_copy(update={"normal_record": None})
         return unrecorded.to_law(self.oscillator.mass)
@@ -415,192 +412,7 @@ class Scenario(FromFile):
         return {key: value for key, value in words.items() if value not in ("", [], {})}
 
 
-def _has_recorded_normal_force(friction: Friction | None) -> bool:
-    """Return whether the normal force is a record."""
-    return getattr(friction, "normal_record", None) is not None
-
-
-# Window of the metrics: default, times in seconds or periods
-
-MAX_PERIODS = 10_000
-"""Maximum number of periods of the slowest sine in a common period; a motion with a longer
-common period is treated as not periodic."""
-
-_PERIODS_PATTERN = re.compile(rf"\s*({NUMBER_PATTERN.pattern})\s*periods?\s*")
-
-
-def scene_period(scenario: Scenario) -> float | None:
-    """Return the common period of base motion and normal force [s], or None."""
-    return common_period(scenario.frequencies)
-
-
-def common_period(frequencies: Iterable[float]) -> float | None:
-    """Return the common period [s] of frequencies [Hz], or None.
-
-    Notes
-    -----
-    Frequencies are taken as the decimal numbers they are written as, so the result is exact:
-    1.6 Hz and 0.7 Hz have the period 10 s.
-    """
-    frequencies = tuple(frequencies)
-    if len(frequencies) == 1:
-        return 1.0 / frequencies[0]
-    decimals = {Fraction(repr(frequency)) for frequency in frequencies}
-    if not decimals:
-        return None
-    denominator = lcm(*(decimal.denominator for decimal in decimals))
-    base = Fraction(gcd(*(int(decimal * denominator) for decimal in decimals)), denominator)
-    return float(1 / base) if min(decimals) / base <= MAX_PERIODS else None
-
-
-def scene_frequencies(
-    excitation: Excitation | None, friction: Friction | None
-) -> tuple[float, ...]:
-    """Return all frequencies [Hz] of a periodic base motion and the normal force."""
-    found = excitation.frequencies if excitation else ()
-    return (*found, *friction.frequencies) if found and friction else found
-
-
-def is_steady_by_default(excitation: Excitation | None, friction: Friction | None) -> bool:
-    """Return whether a measure block without times means the steady state."""
-    by_default = excitation is not None and excitation.steady_by_default
-    return by_default and not _has_recorded_normal_force(friction)
-
-
-def counts_in_periods(measure: Mapping[str, Any]) -> bool:
-    """Return whether a measure block has a time in periods."""
-    times = (measure.get("settle"), measure.get("duration"))
-    return any(isinstance(time, str) and _PERIODS_PATTERN.fullmatch(time) for time in times)
-
-
-def times_in_seconds(
-    measure: Mapping[str, Any], frequencies: tuple[float, ...] | None, steady: bool
-) -> dict[str, Any]:
-    """Return the measure block with its default and with times in seconds.
-
-    Parameters
-    ----------
-    measure : mapping
-        Block as in the scenario.
-    frequencies : tuple of float or None
-        Frequencies of the motion [Hz]; None if another fault leaves them unknown.
-    steady : bool
-        Whether a block without times means the steady state.
-
-    Raises
-    ------
-    InvalidValue
-        If a common period is needed and there is none.
-    """
-    words = dict(measure)
-    words.setdefault("steady", steady and not {"settle", "duration"} & words.keys())
-    period = None if frequencies is None else common_period(frequencies)
-    for key in ("settle", "duration"):
-        count = (
-            _PERIODS_PATTERN.fullmatch(words[key]) if isinstance(words.get(key), str) else None
-        )
-        if count and period is None and frequencies is not None:
-            sentence = f"{format_value(words[key])} needs a periodic base motion; give seconds"
-            raise InvalidValue(sentence, key)
-        if count:
-            words[key] = float(count[1]) * (period or 1.0)
-    if words["steady"] is True and period is None and frequencies:
-        listed = " and ".join(f"{frequency:.12g} Hz" for frequency in frequencies[-2:])
-        raise InvalidValue(
-            f"needs a common period, and {listed} have none within {MAX_PERIODS} periods; "
-            "give measure.settle and measure.duration",
-            "steady",
-        )
-    return words
-
-
 # Rules between the blocks of a scenario
-
-
-def key_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
-    """Yield the faults of rules on which keys may occur together."""
-    kind = get_block(words, "excitation").get("kind")
-    solver, reference = get_block(words, "solver"), words.get("reference")
-    if kind in EXCITATIONS_BY_KIND:
-        yield from _step_faults(solver, kind)
-        recorded = "normal_record" in get_block(words, "friction")
-        yield from _measure_faults(get_block(words, "measure"), kind, recorded)
-        yield from _until_faults(words)
-    approach = solver.get("approach", EXACT)
-    if reference is not None and "sweep" not in words:
-        yield ("reference",), "reference requires a sweep"
-    elif reference is not None and reference == approach:
-        sentence = f"reference must differ from solver.approach, {approach}"
-        yield ("reference",), f"{sentence} (--set reference=null)"
-    member = APPROACHES_BY_NAME.get(approach) if isinstance(approach, str) else None
-    if member is not None and "friction" in words and not member.supports_friction:
-        yield (
-            ("friction",),
-            f"approach {approach} does not support friction; remove the block "
-            "(--set friction=null) or choose stick-slip",
-        )
-
-
-def _step_faults(solver: Mapping[str, Any], kind: str) -> Iterator[KeyFault]:
-    """Yield the faults of solver.step: a record has its own step, others need one."""
-    own = EXCITATIONS_BY_KIND[kind].has_own_step
-    if not own and "step" not in solver:
-        yield ("solver", "step"), "solver.step is required: time step of the output grid [s]"
-    if own and "step" in solver:
-        yield (
-            ("solver", "step"),
-            f"solver.step is not used: a {kind} has its own step; remove it",
-        )
-
-
-def _measure_faults(
-    measure: Mapping[str, Any], kind: str, recorded: bool
-) -> Iterator[KeyFault]:
-    """Yield the faults of a measure block: steady state or time window."""
-    steady, times = measure.get("steady"), {"settle", "duration"} & measure.keys()
-    periodic = EXCITATIONS_BY_KIND[kind].periodic
-    if steady is True and not periodic:
-        others = [name for name, member in EXCITATIONS_BY_KIND.items() if member.periodic]
-        sentence = f"measure.steady needs {' or '.join(others)} excitation, not {kind}"
-        yield ("measure", "steady"), sentence
-    elif steady is True and recorded:
-        sentence = "measure.steady needs a periodic normal force, not a record"
-        yield ("measure", "steady"), f"{sentence}; give measure.duration"
-    elif steady is True:
-        for key in ("settle", "duration"):
-            if key in times:
-                yield (
-                    ("measure", key),
-                    f"measure.{key} is not used with `steady: true`; remove one of them",
-                )
-    elif not EXCITATIONS_BY_KIND[kind].has_own_end and "duration" not in times:
-        by_default = EXCITATIONS_BY_KIND[kind].steady_by_default and not recorded
-        if not by_default or times or steady is False:
-            other = ", or `steady: true`" if periodic and not recorded else ""
-            yield ("measure", "duration"), f"measure.duration is required for {kind}{other}"
-
-
-def _until_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
-    """Yield the fault of an `until` metric that is not available."""
-    until = get_block(get_block(words, "excitation"), "until")
-    name = until.get("metric")
-    if not isinstance(name, str):
-        return
-    keys, at = (
-        ("excitation", "until", "metric"),
-        f"excitation.until.metric: {format_value(name)} is not available",
-    )
-    known = {metric.name: metric for metric in METRICS}
-    if name not in known:
-        hint = name_hint(name, known)
-        yield keys, f"{'.'.join(keys)}: unknown metric {format_value(name)}{hint}"
-        return
-    if name == "closure":
-        yield keys, f"{at} for random base motion, which has no periodic orbit"
-    for need in known[name].needs:
-        paths = (key.split(".") for key in need.keys)
-        if not any(key in get_block(words, block) for block, key in paths):
-            yield keys, f"{at} without {need.name}; give {' or '.join(need.keys)}"
 
 
 def asks_for(scenario: Scenario, need: Need) -> bool:
@@ -614,6 +426,11 @@ def asks_for_peak_acceleration(scenario: Scenario) -> bool:
     """Return whether results show x_dd_peak: for a shock, and where a check names it."""
     shock = isinstance(scenario.excitation, Shock) or has_shock_spectrum(scenario.sweep)
     return shock or any(check.metric == "x_dd_peak" for check in scenario.checks)
+
+
+def scene_period(scenario: Scenario) -> float | None:
+    """Return the common period of base motion and normal force [s], or None."""
+    return common_period(scenario.frequencies)
 
 
 class Feature(NamedTuple):
@@ -678,7 +495,7 @@ def _unsupported_features(
             found.append((STATIC_LIMIT, ("friction", next(given, "static"))))
         if law.is_elastic or isinstance(law, DynamicLaw):
             found.append((OTHER_LAW, ("friction", LAW_KEY)))
-        recorded = _has_recorded_normal_force(friction)
+        recorded = has_recorded_normal_force(friction)
         if law.variation or recorded or any(k.startswith(_VARIATION_PREFIXES) for k in swept):
             key = "normal_record" if recorded else "normal_variation"
             found.append((VARYING_FORCE, ("friction", key)))

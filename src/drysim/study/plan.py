@@ -51,8 +51,9 @@ from drysim.scenario.axes import (
     points_in,
 )
 from drysim.scenario.blocks import SEED_KEY
-from drysim.scenario.model import Columns, Scenario, common_period, with_columns
+from drysim.scenario.model import Columns, Scenario, with_columns
 from drysim.scenario.sampling import LazySequence
+from drysim.scenario.window import common_period
 from drysim.study.budget import response_memory
 from drysim.study.case import Case
 from drysim.study.preparation import assemble
