@@ -27,7 +27,7 @@ from drysim.errors import ScenarioError, UsageError
 from drysim.metrics.table import measure
 from drysim.scenario.axes import iter_points
 from drysim.scenario.load import load
-from drysim.wording import describe_scene
+from drysim.scenario.text import describe_scene
 
 LIMIT = 0.004
 LIMITS = StrokeLimits(LIMIT, LIMIT)

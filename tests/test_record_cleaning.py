@@ -18,9 +18,9 @@ from drysim.plots.sweep import draw_stroke
 from drysim.quantity import Quantity
 from drysim.records.warnings import displacement_warnings
 from drysim.scenario.load import load
+from drysim.scenario.text import describe_clean_up
 from drysim.study.ensemble import run
 from drysim.study.sweep import sweep
-from drysim.wording import describe_clean_up
 
 RATE = 200.0
 T = np.arange(2000) / RATE

@@ -32,7 +32,7 @@ from drysim.orbits import search
 from drysim.orbits.search import find_orbit
 from drysim.plots.response import curve_with_events, stop_impacts
 from drysim.scenario.axes import iter_points
-from drysim.wording import describe_stops
+from drysim.scenario.text import describe_stops
 
 # End stops, bumpers and rigid ones: against a state machine, closed forms, invariants.
 

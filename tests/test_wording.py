@@ -19,7 +19,12 @@ from drysim.core.model import (
 )
 from drysim.excitation.harmonic import Harmonic, Rest, SineSum
 from drysim.excitation.recorded import Record
-from drysim.wording import describe_oscillator
+from drysim.scenario.text import (
+    describe_axis,
+    describe_case,
+    describe_friction,
+    describe_oscillator,
+)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +67,7 @@ def test_swept_values_that_differ_do_not_read_alike():
         axis = SimpleNamespace(
             key="friction.static_ratio", unit="-", description="", values=values
         )
-        return wording.describe_axis(axis)
+        return describe_axis(axis)
 
     assert description(1.0, 1.0000001, 5.0) == "friction.static_ratio 1, 1.0000001, 5"
     assert description(1.0, 2.0, 2.0) == "friction.static_ratio 1, 2, 2"
@@ -108,12 +113,10 @@ def test_scene_names_what_follows_from_it():
 
 
 def test_friction_says_when_the_static_limit_was_not_given():
-    assert wording.describe_friction(CoulombLaw(15.0, 18.0)) == "F_fk 15 N, F_fs 18 N"
-    assert wording.describe_friction(CoulombLaw(15.0, 15.0), True).endswith(
-        "(not given: F_fs = F_fk)"
-    )
-    assert wording.describe_friction(CoulombLaw(0.0, 0.0), True) == "no dry friction"
-    varied = wording.describe_friction(CoulombLaw(15.0, 15.0, 0.4, 2 * pi * 1.7))
+    assert describe_friction(CoulombLaw(15.0, 18.0)) == "F_fk 15 N, F_fs 18 N"
+    assert describe_friction(CoulombLaw(15.0, 15.0), True).endswith("(not given: F_fs = F_fk)")
+    assert describe_friction(CoulombLaw(0.0, 0.0), True) == "no dry friction"
+    varied = describe_friction(CoulombLaw(15.0, 15.0, 0.4, 2 * pi * 1.7))
     assert varied == "F_fk 15 N, F_fs 15 N, both ± 40 % at 1.7 Hz"
 
 
@@ -148,14 +151,12 @@ def test_what_a_sweep_varies_is_left_out_with_what_follows_from_it():
     damped = describe_oscillator(plant, ["oscillator.damping"])
     assert damped == "m 75 kg, k_x 7500 N/m, f_0 1.592 Hz"
     law = CoulombLaw(15.0, 18.0)
-    assert wording.describe_friction(law, kinetic=False) == "F_fs 18 N"
-    assert wording.describe_friction(law, kinetic=False, static=False) == ""
-    ratio = wording.describe_friction(
-        law, kinetic=False, static=False, ratios={"static_ratio": 1.2}
-    )
+    assert describe_friction(law, kinetic=False) == "F_fs 18 N"
+    assert describe_friction(law, kinetic=False, static=False) == ""
+    ratio = describe_friction(law, kinetic=False, static=False, ratios={"static_ratio": 1.2})
     assert ratio == "F_fs/F_fk 1.2"
-    assert wording.describe_friction(law, True, False, False) == "F_fs = F_fk (not given)"
-    assert wording.describe_friction(CoulombLaw(0.0, 0.0), kinetic=False, static=False) == ""
+    assert describe_friction(law, True, False, False) == "F_fs = F_fk (not given)"
+    assert describe_friction(CoulombLaw(0.0, 0.0), kinetic=False, static=False) == ""
 
 
 @pytest.mark.parametrize(
@@ -168,17 +169,15 @@ def test_what_a_sweep_varies_is_left_out_with_what_follows_from_it():
 )
 def test_swept_amplitude_of_the_normal_force_is_not_told_as_that_of_the_file(swept, words):
     law = separating_law(12.0, 16.0, 1.4, 2 * pi * 9)
-    assert wording.describe_friction(law, swept=[swept]) == words
+    assert describe_friction(law, swept=[swept]) == words
 
 
 @pytest.mark.parametrize("key", ["normal_motion.amplitude", "normal_stiffness"])
 def test_load_of_a_contact_is_not_told_where_what_makes_it_is_swept(key):
     law = elastic_law(30.0, 2e4, 1.4, 2 * pi * 4)
-    assert wording.describe_friction(law, swept=[f"friction.{key}"]).endswith(
-        "load varying at 4 Hz"
-    )
+    assert describe_friction(law, swept=[f"friction.{key}"]).endswith("load varying at 4 Hz")
     both = [f"friction.{key}", "friction.normal_motion.frequency"]
-    assert "load" not in wording.describe_friction(law, swept=both)
+    assert "load" not in describe_friction(law, swept=both)
 
 
 @pytest.mark.parametrize(
@@ -201,11 +200,11 @@ def test_place_of_a_case_names_keys_by_their_last_word_unless_two_share_it():
 
     axes = [axis("excitation.frequency", "Hz", 1.6), axis("excitation.rms", "m/s2", 0.5)]
     point = {"excitation.frequency": 1.6, "excitation.rms": 0.5}
-    assert wording.describe_case(point, axes) == "frequency 1.6 Hz, rms 0.5 m/s²"
+    assert describe_case(point, axes) == "frequency 1.6 Hz, rms 0.5 m/s²"
     twins = [axis("a.rms", "m", 1.0), axis("b.rms", "-", 2.0)]
-    assert wording.describe_case({"a.rms": 1.0, "b.rms": 2.0}, twins) == "a.rms 1 m, b.rms 2"
-    assert wording.describe_axis(axis("a.b", "N", 1.0, 2.0)) == "a.b 1, 2 N"
-    assert wording.describe_axis(axis("a.b", "-", *range(9))) == "a.b 0 to 8 (9 values)"
+    assert describe_case({"a.rms": 1.0, "b.rms": 2.0}, twins) == "a.rms 1 m, b.rms 2"
+    assert describe_axis(axis("a.b", "N", 1.0, 2.0)) == "a.b 1, 2 N"
+    assert describe_axis(axis("a.b", "-", *range(9))) == "a.b 0 to 8 (9 values)"
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from PIL import Image
 
 import drysim
 from drysim.plots import response, sketch, style
-from drysim.scenario.reading import LAWS
+from drysim.scenario.laws import LAWS
 from drysim.wording import length_unit
 
 HERE = Path(__file__).parent

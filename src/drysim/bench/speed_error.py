@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from drysim import wording
 from drysim.approach import EXACT
 from drysim.bench import score
 from drysim.bench.scipy_ivp import reference_entry, second_run, unsupported_law
@@ -36,6 +35,7 @@ from drysim.errors import DrysimError, SolverError, UsageError, WarningMessage
 from drysim.scenario.axes import count_points, iter_points
 from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
+from drysim.scenario.text import describe_axis, describe_scene
 from drysim.study import gallery, run, sweep
 from drysim.study.preparation import assemble, prepare, refuse_direction
 from drysim.wording import format_number
@@ -196,7 +196,7 @@ def bench_case(work: Work, options: BenchOptions, finished: Job) -> BenchCase:
 
 def describe_work(work: Work, lfilter_time: float) -> Iterator[tuple[str, str]]:
     """Yield labels and text that describe a work and the time of the filter."""
-    yield from wording.describe_scene(work.scenario, work.plant, work.law)
+    yield from describe_scene(work.scenario, work.plant, work.law)
     yield "base", work.scenario.excitation.describe(work.motion)
     length = format_number(work.end, "s")
     yield (
@@ -468,10 +468,10 @@ def describe_steady_work(
         "kinetic": len({work.law.F_fk for work in works}) < 2,
         "static": len({work.law.F_fs for work in works}) < 2,
     }
-    yield from wording.describe_scene(scenario, case.plant, case.law, varied, shared)
+    yield from describe_scene(scenario, case.plant, case.law, varied, shared)
     yield "base", scenario.excitation.describe_cases(None, varied)
     for at, axis in enumerate(scenario.sweep):
-        yield "" if at else "swept", wording.describe_axis(axis)
+        yield "" if at else "swept", describe_axis(axis)
     each = f"{SETTLING_PERIODS} periods of {SAMPLES_PER_PERIOD} samples"
     others = f"the others integrate up to {len(works)} cases"
     yield "work", f"{total} steady states, {each} each; {EXACT} finds all orbits, {others}"

@@ -10,15 +10,9 @@ from typing import TYPE_CHECKING
 from drysim.cli.job import Parts
 from drysim.cli.process import Plan
 from drysim.errors import UsageError
+from drysim.scenario.text import describe_clean_up
 from drysim.study.statistics import max_seeds, stopping_rule
-from drysim.wording import (
-    describe_clean_up,
-    format_count,
-    format_number,
-    format_range,
-    format_unit,
-    join_words,
-)
+from drysim.wording import format_count, format_number, format_range, format_unit, join_words
 
 if TYPE_CHECKING:
     from drysim.cli.job import Work

@@ -22,7 +22,6 @@ from unicodedata import category
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 import drysim
-from drysim import wording
 from drysim.approach import EXACT
 from drysim.console.summary import MAX_ALIKE, check_mark
 from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError
@@ -39,6 +38,7 @@ from drysim.output.folder import (
 )
 from drysim.results import KINDS, kind_named, kind_of, stored
 from drysim.results.kind import PDF, PNG, SCENARIO_FILE, SVG
+from drysim.scenario.text import describe_scene, short_key
 from drysim.study.outcome import AnyResult
 from drysim.study.summary import BAD, Note, Row, Summary, from_fields
 from drysim.system import NotARegularFile, file_sha256
@@ -234,7 +234,7 @@ def picture_scope(picture: Picture, kind: Kind, fields: Fields) -> str:
     axes = [axis["key"] for axis in fields["numerics"].get("swept", ())]
     if not axes:
         return ""
-    over = " and ".join(wording.short_key(key, axes) for key in axes)
+    over = " and ".join(short_key(key, axes) for key in axes)
     approaches = ", ".join(fields["numerics"].get("approaches", ()))
     return f"; over {over}{f'; {approaches}' if approaches else ''}"
 
@@ -262,7 +262,7 @@ def sketch(folder: Path, varied: Collection[str]) -> Shown | None:
         plant, law = scenario.oscillator.plant(), scenario.law()
     except DrysimError:  # as without the record of a force
         return None
-    parts = [text for _, text in wording.describe_scene(scenario, plant, law, varied)]
+    parts = [text for _, text in describe_scene(scenario, plant, law, varied)]
     with TemporaryDirectory(prefix="drysim-") as place:
         file = Path(place, f"model.{PNG}")
         save_picture(partial(draw, scenario, varied), file)
@@ -391,7 +391,7 @@ def lost_rows(fields: Fields, summary: Summary) -> Iterator[Row]:
 def meaning_of_row(row: Row, fields: Fields) -> str:
     """Return the meaning of the metric or of the fitted key of a row; empty for another."""
     keys = [one["key"] for one in fields.get("fit", {}).get("parameters", ())]
-    of_key = {wording.short_key(key, keys): key for key in keys}
+    of_key = {short_key(key, keys): key for key in keys}
     if row.label in of_key:
         return meanings(of_key[row.label])
     return meaning_of_metric(TERMS.get(row.label, row.label))

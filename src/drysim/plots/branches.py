@@ -18,13 +18,13 @@ from drysim.plots.style import (
     set_ticks,
     set_title,
 )
+from drysim.scenario.text import describe_scene
 from drysim.study.branches import (
     Branch,
     BranchesResult,
     describe_branch,
     describe_motions,
 )
-from drysim.wording import describe_scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

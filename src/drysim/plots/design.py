@@ -31,6 +31,7 @@ from drysim.plots.style import (
 )
 from drysim.plots.sweep import BEST_STYLE, EMPTY_COLOR
 from drysim.scenario.axes import KeyRange
+from drysim.scenario.text import describe_clean_up, short_key
 from drysim.study.design import (
     Candidate,
     DesignResult,
@@ -39,12 +40,7 @@ from drysim.study.design import (
     keys_at_bounds,
 )
 from drysim.study.search import Surrogate
-from drysim.wording import (
-    describe_clean_up,
-    format_count,
-    join_words,
-    short_key,
-)
+from drysim.wording import format_count, join_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

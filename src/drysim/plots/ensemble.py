@@ -13,6 +13,7 @@ from drysim.metrics.table import METRICS_BY_NAME, PEAK_STROKE
 from drysim.metrics.text import format_metric
 from drysim.plots import response, style
 from drysim.plots.style import PlottedMetric, Style, plotted
+from drysim.scenario.text import describe_seeds
 from drysim.study.ensemble import Ensemble
 from drysim.study.statistics import QUANTILES, Statistic, stopping_rule, student_t
 
@@ -146,7 +147,7 @@ def _heading(result: Ensemble) -> style.Heading:
         for name in HEADING_METRICS
         if (statistic := result.statistics[name]) is not None
     ]
-    seeds = f"seeds {wording.describe_seeds(result.seeds, until)}"
+    seeds = f"seeds {describe_seeds(result.seeds, until)}"
     return style.response_heading(result.shown, f"{', '.join(found)}; {seeds}")
 
 

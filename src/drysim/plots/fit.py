@@ -29,6 +29,7 @@ from drysim.plots.response import (
 )
 from drysim.plots.style import Style, set_title
 from drysim.scenario.fit import CHANNEL_UNITS
+from drysim.scenario.text import short_key
 from drysim.study.fit import (
     CHI_SQUARE_95,
     EXACT,
@@ -46,7 +47,6 @@ from drysim.wording import (
     format_number,
     format_percent,
     format_unit,
-    short_key,
 )
 
 if TYPE_CHECKING:

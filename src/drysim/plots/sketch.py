@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from drysim import wording
 from drysim.core.model import has_friction
 from drysim.plots.style import Style
+from drysim.scenario.text import describe_limits
 from drysim.wording import format_number
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def _parts(scenario: Scenario | None, varied: Collection[str]) -> Iterator[tuple
         yield partial(_draw_contact, elastic=law.is_elastic), _friction_label(law, varied)
     if law.stops is not None:
         peak = max(law.stops.limits)
-        sides = wording.describe_limits(law.stops.limits, peak)
+        sides = describe_limits(law.stops.limits, peak)
         kind = "rigid stops" if law.stops.rigid else "bumpers"
         swept = any(key.startswith("stroke.") for key in varied)
         yield _draw_stops, f"{kind}\n{'varied' if swept else sides}"
@@ -176,7 +176,7 @@ def _limit(scenario: Scenario | None, varied: Collection[str]) -> str:
     if any(key.startswith("stroke.") for key in varied):
         return "limit varied"
     limits = scenario.stroke.limits
-    return f"limit {wording.describe_limits(limits, max(limits))}"
+    return f"limit {describe_limits(limits, max(limits))}"
 
 
 def _draw_spring(axes: Axes, x: float, label: str) -> None:

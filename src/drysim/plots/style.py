@@ -29,6 +29,13 @@ from drysim.metrics.table import METRICS_BY_NAME, PEAK_STROKE
 from drysim.metrics.text import format_labelled, format_metric_ranges
 from drysim.scenario.axes import FILE_KEY, FREQUENCY_KEY, Axis, KeyRange, axis_groups
 from drysim.scenario.model import LIMIT_KEYS, Scenario
+from drysim.scenario.text import (
+    ALL_SHARED,
+    describe_axis,
+    describe_clean_up,
+    describe_limits,
+    describe_scene,
+)
 from drysim.study.compare import Comparison, describe_coinciding
 from drysim.study.outcome import Outcome
 from drysim.study.statistics import OK, Row
@@ -468,11 +475,9 @@ def response_heading(outcome: Outcome, results: str = "") -> Heading:
     scenario, solved = outcome.scenario, outcome.response
     seed = None if results else getattr(scenario.excitation, "seed", None)
     base = scenario.excitation.describe(solved.motion, level=False)
-    base = CLEANED * bool(wording.describe_clean_up(solved.motion, solved.law)) + base
+    base = CLEANED * bool(describe_clean_up(solved.motion, solved.law)) + base
     peak = outcome.metrics[PEAK_STROKE]
-    scene = wording.describe_scene(
-        scenario, solved.plant, solved.law, peak=peak, defaults=False
-    )
+    scene = describe_scene(scenario, solved.plant, solved.law, peak=peak, defaults=False)
     return make_heading(
         scenario,
         results or _main_results(outcome),
@@ -507,16 +512,14 @@ def table_heading(
     if of_stroke and (limit := _stroke_limit(table, peak)):
         notes.append(limit)
     ranges = results or (format_metric_ranges(own.ends) if own else "")
-    shared = own.shared if own else wording.ALL_SHARED
+    shared = own.shared if own else ALL_SHARED
     plant, law = scenario.oscillator.plant(), scenario.law()
-    scene = wording.describe_scene(scenario, plant, law, varied, shared, peak, False)
-    groups = (
-        " with ".join(map(wording.describe_axis, group)) for group in axis_groups(table.axes)
-    )
+    scene = describe_scene(scenario, plant, law, varied, shared, peak, False)
+    groups = (" with ".join(map(describe_axis, group)) for group in axis_groups(table.axes))
     swept = f"; swept: {'; '.join(groups)}" if table.axes else ""
     base = scenario.excitation.describe_cases(None, varied)
     is_shared = not any(key.startswith("excitation.") for key in varied)
-    base = CLEANED * bool(is_shared and wording.describe_clean_up(table.motion)) + base
+    base = CLEANED * bool(is_shared and describe_clean_up(table.motion)) + base
     return make_heading(scenario, "; ".join([*notes, ranges]), _join_scene(scene), base + swept)
 
 
@@ -564,7 +567,7 @@ def _stroke_limit(table: Table, peak: float | None) -> str:
     if stroke is None or table.scenario.stops is not None:
         return ""
     swept = any(axis.key in LIMIT_KEYS for axis in table.axes)
-    return "" if swept else f"stroke limit {wording.describe_limits(stroke.limits, peak)}"
+    return "" if swept else f"stroke limit {describe_limits(stroke.limits, peak)}"
 
 
 def _join_scene(words: Iterable[tuple[str, str]]) -> str:
@@ -576,7 +579,7 @@ def _main_results(outcome: Outcome) -> str:
     """Return the main results on one line."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
     peak = metrics[PEAK_STROKE]
-    limit = f" (limit {wording.describe_limits(stroke.limits, peak)})" if stroke else ""
+    limit = f" (limit {describe_limits(stroke.limits, peak)})" if stroke else ""
     parts = [
         format_labelled(name, metrics[name])
         for name in ("T_a", "SEAT", "a_w", "T_x")

@@ -74,6 +74,7 @@ from drysim.scenario.axes import (
 )
 from drysim.scenario.model import LIMIT_KEYS, Scenario, asks_for_peak_acceleration
 from drysim.scenario.sampling import Distribution, LogNormal, Normal, SampledValues
+from drysim.scenario.text import short_key
 from drysim.study.compare import Comparison
 from drysim.study.statistics import (
     FAILED,
@@ -467,7 +468,7 @@ def point_label(point: Point, axes: Sequence[Axis]) -> str:
     files = swept_files(axes, FILE_KEY)
     labels = dict(zip(files, file_labels(files), strict=True)) if FILE_KEY in point else {}
     return ", ".join(
-        f"{SYMBOLS.get(key, wording.short_key(key, units))} "
+        f"{SYMBOLS.get(key, short_key(key, units))} "
         f"{labels.get(value) or wording.sanitise(wording.format_number(value, units[key]))}"
         for key, value in point.items()
     )

@@ -14,6 +14,7 @@ from drysim.metrics.table import PEAK_STROKE
 from drysim.results.fields import sidecar_fields
 from drysim.results.kind import File, Kind, Picture, judgements
 from drysim.results.tables import Values, column_header, format_rows, write_csv
+from drysim.scenario.text import describe_axis, describe_scene
 from drysim.study.branches import (
     GRAZING,
     Branch,
@@ -23,7 +24,6 @@ from drysim.study.branches import (
 )
 from drysim.study.summary import Row, Summary
 from drysim.wording import (
-    describe_axis,
     format_count,
     format_length,
     format_number,
@@ -77,7 +77,7 @@ def describe_answer(result: BranchesResult) -> str:
 def branches_scene(result: BranchesResult) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was solved, along which key."""
     case, key = result.case, result.axis.key
-    yield from wording.describe_scene(result.scenario, case.plant, case.law, {key})
+    yield from describe_scene(result.scenario, case.plant, case.law, {key})
     yield "base", result.scenario.excitation.describe_cases(case.motion, [key])
     yield "along", f"{describe_axis(result.axis)}; {result.starts} starts"
     if result.multiplier_error > 0.0:

@@ -16,6 +16,7 @@ from drysim.results.fields import metric_fields, numerics_fields, sidecar_fields
 from drysim.results.kind import File, Kind, Picture, judgements
 from drysim.results.sweep import sweep_scene
 from drysim.results.tables import Column, case_columns, has_means, write_cases
+from drysim.scenario.text import describe_case, describe_friction
 from drysim.study import compare
 from drysim.study.summary import PLAIN, Grid, Row, Summary
 from drysim.wording import format_deviation, format_number, format_percent
@@ -72,9 +73,7 @@ def _law_lines(comparison: Comparison) -> Iterator[tuple[str, str]]:
         one, shared = scenario.with_law(name), comparison.table.tallies[name].shared
         terms = one.terms or (f"law {name}",)
         kinetic, static = shared["kinetic"], shared["static"]
-        words = wording.describe_friction(
-            one.law(), False, kinetic, static, terms, varied, one.ratios
-        )
+        words = describe_friction(one.law(), False, kinetic, static, terms, varied, one.ratios)
         yield "" if at else "laws", words.removeprefix("law ")
 
 
@@ -130,7 +129,7 @@ def worst_rows(comparison: Comparison) -> Iterator[Row]:
         name: worst for name, worst in _worst_deviations(comparison).items() if worst.value
     }
     for at, (name, worst) in enumerate(found.items()):
-        where = wording.describe_case(worst.row.point, comparison.table.axes)
+        where = describe_case(worst.row.point, comparison.table.axes)
         yield Row("worst" if at == 0 else "", name, f"at {where}", tone=PLAIN)
 
 

@@ -35,6 +35,15 @@ from drysim.results.tables import (
     write_cases,
 )
 from drysim.scenario.design import WORST
+from drysim.scenario.text import (
+    ALL_SHARED,
+    describe_axis,
+    describe_case,
+    describe_clean_up,
+    describe_point,
+    describe_scene,
+    short_key,
+)
 from drysim.study.design import (
     STROKE_WITH_EVERY_SEED,
     DesignResult,
@@ -48,15 +57,12 @@ from drysim.study.statistics import max_seeds
 from drysim.study.summary import BAD, Grid, Note, Row, Summary
 from drysim.study.table import hourly_stroke_used
 from drysim.wording import (
-    describe_axis,
-    describe_case,
     format_count,
     format_deviation,
     format_number,
     format_range,
     format_unit,
     join_words,
-    short_key,
 )
 
 if TYPE_CHECKING:
@@ -119,7 +125,7 @@ def describe_best(result: DesignResult) -> str:
     what = "Best design: " if result.best else "No design keeps all limits; the closest has "
     if len(result.front) > 1:
         what += "the knee of the front, "
-    return f"{what}{values} at {wording.describe_point(design.values, units)}."
+    return f"{what}{values} at {describe_point(design.values, units)}."
 
 
 def describe_metrics(result: DesignResult) -> str:
@@ -127,7 +133,7 @@ def describe_metrics(result: DesignResult) -> str:
     sentence = "of the best design" if result.best else "of the design closest to the limits"
     units = {axis.key: axis.unit for axis in result.design.conditions.axes}
     point = result.place_of(result.shown_row) if result.shown_row else {}
-    if place := wording.describe_point(point, units):
+    if place := describe_point(point, units):
         sentence += f" at {place}, the condition with the highest {result.design.minimise[0]}"
     seeds = result.candidates[0].rows[0].seeds
     return f"{sentence}; means of {seeds} seeds" if seeds > 1 else sentence
@@ -150,7 +156,7 @@ def condition_columns(result: DesignResult) -> list[list[str]]:
     highest = result.shown_row and result.place_of(result.shown_row)
     places = []
     for row in rows:
-        place = wording.describe_point(result.place_of(row), units)
+        place = describe_point(result.place_of(row), units)
         worst = result.place_of(row) == highest
         places.append(f"{place} (highest {names[0]})" if worst else place)
     columns = [["condition", *places]]
@@ -206,13 +212,13 @@ def design_scene(case: Case) -> Iterator[tuple[str, str]]:
         yield "over", f"{'; '.join(map(describe_axis, block.conditions.axes))}; {how}"
     varied_keys = {*keys, *(axis.key for axis in block.conditions.axes)}
     forces = any(key.startswith("friction.") for key in varied_keys)
-    shared = dict.fromkeys(wording.ALL_SHARED, not forces)
+    shared = dict.fromkeys(ALL_SHARED, not forces)
     law = scenario.law()
-    yield from wording.describe_scene(scenario, case.plant, law, varied_keys, shared)
+    yield from describe_scene(scenario, case.plant, law, varied_keys, shared)
     yield "base", scenario.excitation.describe_cases(case.motion, varied_keys, case.records)
     same = not any(key.startswith("excitation.") for key in varied_keys)
     motion = case.motion if same else None
-    yield from clean_up_lines(wording.describe_clean_up(motion, records=case.records))
+    yield from clean_up_lines(describe_clean_up(motion, records=case.records))
     if (seeds := max_seeds(scenario)) > 1:
         yield "seeds", f"{seeds}, the same for every design"
 

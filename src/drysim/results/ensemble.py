@@ -24,6 +24,7 @@ from drysim.results.tables import (
     write_cases,
     write_violations,
 )
+from drysim.scenario.text import describe_seeds
 from drysim.study.statistics import CONFIDENCE, OK, QUANTILES, max_seeds, stopping_rule
 from drysim.study.summary import BAD, Row, Summary
 from drysim.study.table import hourly_stroke_used
@@ -78,7 +79,7 @@ def ensemble_scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
         yield name, words
         if name == "base":
             until = stopping_rule(ensemble.scenario)
-            yield "seeds", wording.describe_seeds(ensemble.seeds, until)
+            yield "seeds", describe_seeds(ensemble.seeds, until)
             if not ensemble.complete:
                 yield (
                     "state",

@@ -25,6 +25,7 @@ from drysim.results.tables import (
     write_csv,
 )
 from drysim.scenario.fit import CHANNEL_UNITS
+from drysim.scenario.text import describe_scene, short_key
 from drysim.study.fit import (
     EXACT,
     ChannelFit,
@@ -33,7 +34,7 @@ from drysim.study.fit import (
     format_profile_interval,
 )
 from drysim.study.summary import BAD, Note, Row, Summary
-from drysim.wording import format_count, format_number, format_percent, format_unit, short_key
+from drysim.wording import format_count, format_number, format_percent, format_unit
 
 if TYPE_CHECKING:
     from drysim.results.fields import Fields, Provenance
@@ -96,7 +97,7 @@ def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:
     if result.is_useless:
         return
     known = result.scenario
-    yield from wording.describe_scene(known, known.oscillator.plant(), known.law())
+    yield from describe_scene(known, known.oscillator.plant(), known.law())
 
 
 def parameter_rows(result: FitResult) -> Iterator[Row]:

@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim import wording
+from drysim.scenario.text import describe_point
 from drysim.study.summary import Judgement
 from drysim.yaml_document import dump
 
@@ -123,7 +124,7 @@ def describe_verdict(verdict: Verdict, units: Mapping[str, str], by: str = "") -
 
     `units` maps swept keys to their units.
     """
-    where = wording.describe_point(verdict.where or {}, units)
+    where = describe_point(verdict.where or {}, units)
     parted, place = ";" if verdict.reason else ",", f" at {where}" if where else ""
     worst = "" if verdict.reason or not verdict.share else "worst "
     sentence = f"{verdict.check}{verdict.share}{parted} {worst}{verdict.found}"

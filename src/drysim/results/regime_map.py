@@ -14,6 +14,7 @@ from drysim.core.compile import engine
 from drysim.results.fields import sidecar_fields
 from drysim.results.kind import File, Kind, Picture, judgements
 from drysim.results.tables import column_header, format_rows, quote_cell, write_csv
+from drysim.scenario.text import describe_point, short_key
 from drysim.study.regimes import (
     ISOLATION,
     SEVERAL,
@@ -26,7 +27,7 @@ from drysim.study.regimes import (
 )
 from drysim.study.statistics import seed_range
 from drysim.study.summary import Row, Summary
-from drysim.wording import format_number, format_percent, format_unit, short_key
+from drysim.wording import format_number, format_percent, format_unit
 
 if TYPE_CHECKING:
     from drysim.results.fields import Fields, Provenance
@@ -60,7 +61,7 @@ def answers(result: RegimeMap) -> Iterator[str]:
     """Yield what the scenario itself does, and the nearest boundaries along the axes."""
     place, units = result.place, {axis.key: axis.unit for axis in result.axes}
     if motion := result.describe_place():
-        yield f"At {wording.describe_point(place.values, units)}: {'; '.join(motion)}."
+        yield f"At {describe_point(place.values, units)}: {'; '.join(motion)}."
     for change in place.changes:
         more = "more" if change.distance > 0.0 else "less"
         step = format_number(abs(change.distance), format_unit(units[change.key]), 3)

@@ -31,17 +31,21 @@ from drysim.results.tables import (
     write_csv,
 )
 from drysim.scenario.model import asks_for_peak_acceleration
+from drysim.scenario.text import (
+    describe_clean_up,
+    describe_limits,
+    describe_scene,
+    format_times_by_side,
+)
 from drysim.scenario.window import common_period
 from drysim.study.summary import BAD, Row, Summary
 from drysim.study.table import HourlyStroke, hourly_stroke_used
 from drysim.wording import (
-    describe_limits,
     format_count,
     format_length,
     format_number,
     format_percent,
     format_range,
-    format_times_by_side,
 )
 
 if TYPE_CHECKING:
@@ -77,9 +81,9 @@ def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     scenario, response = outcome.scenario, outcome.response
     numerics = response.numerics
     peak = outcome.metrics[PEAK_STROKE]
-    yield from wording.describe_scene(scenario, response.plant, response.law, peak=peak)
+    yield from describe_scene(scenario, response.plant, response.law, peak=peak)
     yield "base", scenario.excitation.describe(response.motion)
-    yield from clean_up_lines(wording.describe_clean_up(response.motion, response.law))
+    yield from clean_up_lines(describe_clean_up(response.motion, response.law))
     yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
     if numerics.period_multiple is not None:
         count = _period_count(outcome, numerics.period_multiple)

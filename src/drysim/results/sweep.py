@@ -48,6 +48,13 @@ from drysim.results.tables import (
 )
 from drysim.scenario.axes import DIRECTION_KEY, EXTREME_KEY
 from drysim.scenario.model import asks_for_peak_acceleration
+from drysim.scenario.text import (
+    describe_axis,
+    describe_case,
+    describe_clean_up,
+    describe_scene,
+    describe_seeds,
+)
 from drysim.study import run
 from drysim.study.plan import approaches_of
 from drysim.study.statistics import (
@@ -124,18 +131,18 @@ def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:
     varied = [axis.key for axis in axes]
     plant, law, base = scenario.oscillator.plant(), scenario.law(), scenario.excitation
     peak = own.greatest(PEAK_STROKE)
-    yield from wording.describe_scene(scenario, plant, law, varied, own.shared, peak)
+    yield from describe_scene(scenario, plant, law, varied, own.shared, peak)
     yield "base", base.describe_cases(table.motion, varied, table.records)
     same = not any(key.startswith("excitation.") for key in varied)
     motion = table.motion if same else None
-    yield from clean_up_lines(wording.describe_clean_up(motion, records=table.records))
+    yield from clean_up_lines(describe_clean_up(motion, records=table.records))
     if found := own.seeds:
         first: int = getattr(base, "seed", 1)
         drawn = range(first, first + found.most)
         counts = sorted({found.least, found.most})
-        yield "seeds", wording.describe_seeds(drawn, stopping_rule(scenario), counts)
+        yield "seeds", describe_seeds(drawn, stopping_rule(scenario), counts)
     for i, axis in enumerate(axes):
-        yield "" if i else "swept", wording.describe_axis(axis)
+        yield "" if i else "swept", describe_axis(axis)
     cases = (f"{tally.cases} by {name}" for name, tally in table.tallies.items())
     yield "cases", ", ".join(cases)
     if not table.complete:
@@ -195,7 +202,7 @@ def widest_interval_row(
     row = found.widest.get(metric) if found else None
     if row is not None:
         width = row.half_widths[metric]
-        mean, where = row.metrics.get(metric), wording.describe_case(row.point, axes)
+        mean, where = row.metrics.get(metric), describe_case(row.point, axes)
         words = f"widest interval: {format_interval(mean, width)} at {where}"
         yield Row("", f"± {format_number(width, digits=2)}", words)
 
@@ -212,7 +219,7 @@ def _isolation_row(table: Table, found: Sequence[Isolation] | None) -> Row:
     alike = first == last and len(begins) == len(found)
     if not alike and len(found) <= MAX_NAMED_CURVES:
         remark += ": " + "; ".join(
-            f"{wording.describe_case(one.point, table.axes)} "
+            f"{describe_case(one.point, table.axes)} "
             + ("nowhere" if one.above is None else f"from {format_number(one.above, 'Hz')}")
             for one in found
         )
@@ -239,7 +246,7 @@ def _hysteresis_rows(table: Table) -> Iterator[Row]:
         row.status if row.status != OK else format_number(row.metrics["T_a"], digits=5)
         for row in (widest.up, widest.down)
     )
-    where = wording.describe_case(widest.point, table.axes)
+    where = describe_case(widest.point, table.axes)
     yield Row(
         "hysteresis",
         format_range(low, high, unit),
@@ -277,7 +284,7 @@ def _swept_jump_rows(table: Table) -> Iterator[Row]:
 
     low, high = (pick(jump.value for jump in table.jumps) for pick in (min, max))
     largest = max(table.jumps, key=size)
-    place = wording.describe_case(largest.point, table.axes)
+    place = describe_case(largest.point, table.axes)
     count = wording.format_count(len(table.jumps), "jump")
     words = f"{count}, the largest of T_a at {place}: {describe_jump(largest)}"
     yield Row("jumps", f"at {format_range(low, high, digits=7)}", words)
@@ -389,7 +396,7 @@ def _failure_rows(table: Table) -> Iterator[Row]:
             counts[status] += count
             firsts.setdefault(status, first)
     for status, first in firsts.items():
-        where = wording.describe_case(first.point, table.axes)
+        where = describe_case(first.point, table.axes)
         note = f": {first.note}" if first.note else ""
         cases = format_count(counts[status], "case")
         yield Row(status, cases, f"first at {where}{note}", BAD)
@@ -412,7 +419,7 @@ def is_constant(own: Tally, metric: str) -> bool:
 
 def describe_place(table: Table, extreme: Extreme) -> str:
     """Describe where an extreme is."""
-    return f"at {wording.describe_case(extreme.row.point, table.axes)}"
+    return f"at {describe_case(extreme.row.point, table.axes)}"
 
 
 def transmissibility_text(scenario: Scenario) -> AsText | None:

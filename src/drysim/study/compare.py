@@ -29,6 +29,7 @@ from drysim.metrics.text import label_of
 from drysim.scenario.axes import FILE_KEY, Axis
 from drysim.scenario.laws import LAWS
 from drysim.scenario.model import Scenario
+from drysim.scenario.text import describe_cases, describe_range
 from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import Plan
@@ -42,15 +43,7 @@ from drysim.study.run import MotionCache, response_of, scenario_at, try_measure
 from drysim.study.statistics import OK, BatchCallback, Row, Rows, ignore_batch, interval
 from drysim.study.table import Table
 from drysim.study.warnings import format_at
-from drysim.wording import (
-    Point,
-    describe_cases,
-    describe_range,
-    format_deviation,
-    format_number,
-    format_percent,
-    join_words,
-)
+from drysim.wording import Point, format_deviation, format_number, format_percent, join_words
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,6 +33,7 @@ from drysim.scenario.design import DESIGN_KEY, MEAN, Design
 from drysim.scenario.keys import numeric_keys
 from drysim.scenario.laws import LAWS
 from drysim.scenario.model import Scenario, asks_for
+from drysim.scenario.text import describe_point
 from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import CaseRanges, Plan
@@ -65,7 +66,7 @@ from drysim.study.statistics import (
 from drysim.study.sweep import Execute, choose_engine, describe_numerics, on_workers
 from drysim.study.table import STROKE_LIMIT, hourly_stroke_used
 from drysim.study.warnings import hourly_stroke_warnings
-from drysim.wording import Point, describe_point, format_deviation
+from drysim.wording import Point, format_deviation
 
 if TYPE_CHECKING:
     from drysim.study.store import Store

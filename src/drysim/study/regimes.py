@@ -48,6 +48,7 @@ from drysim.metrics.table import Values
 from drysim.parallel import WorkerPool, worker_count
 from drysim.scenario.axes import SRS_KEY, SWEEP_KEY, Axis, KeyRange
 from drysim.scenario.model import EQUATION_BLOCKS, Scenario
+from drysim.scenario.text import ALL_SHARED, describe_scene
 from drysim.study.boundaries import (
     LOCKED,
     REGIME,
@@ -74,7 +75,7 @@ from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import can_solve_together, scene_array
 from drysim.study.preparation import prepare, refuse_direction, require_scenario
 from drysim.study.sweep import choose_engine
-from drysim.wording import ALL_SHARED, describe_scene, format_number, format_unit
+from drysim.wording import format_number, format_unit
 
 Labels = Mapping[str, Integers]
 Advance = Callable[[int], None]

@@ -38,6 +38,7 @@ from drysim.scenario.axes import (
     count_points,
 )
 from drysim.scenario.model import LIMIT_KEYS, STATIC_RATIO, Scenario, with_columns
+from drysim.scenario.text import describe_case
 from drysim.study.outcome import (
     Result,
     count_verdicts,
@@ -55,14 +56,7 @@ from drysim.study.statistics import (
     judged_column,
     judged_value,
 )
-from drysim.wording import (
-    Point,
-    describe_case,
-    format_count,
-    format_number,
-    format_percent,
-    format_unit,
-)
+from drysim.wording import Point, format_count, format_number, format_percent, format_unit
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,8 @@ from drysim.excitation.recorded import Record
 from drysim.scenario.load import NO_FILE, load
 from drysim.scenario.load import scenario as make_scenario
 from drysim.scenario.model import Scenario
+from drysim.scenario.text import describe_clean_up
 from drysim.study.preparation import prepare, without_fit_checks
-from drysim.wording import describe_clean_up
 from drysim.yaml_document import Overrides
 
 

@@ -19,6 +19,7 @@ from drysim.metrics.table import HOURLY_STROKE, STROKE_USED, Metrics
 from drysim.scenario.axes import Axis
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import LIMIT_KEYS, Scenario
+from drysim.scenario.text import describe_case, describe_limits, format_times_by_side
 from drysim.study.case import Case
 from drysim.study.outcome import Outcome
 from drysim.study.statistics import (
@@ -42,13 +43,10 @@ from drysim.study.table import (
     stroke_limits,
 )
 from drysim.wording import (
-    describe_case,
-    describe_limits,
     format_count,
     format_length,
     format_number,
     format_percent,
-    format_times_by_side,
     join_words,
 )
 
