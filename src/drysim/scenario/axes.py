@@ -1,7 +1,7 @@
 """Axes of a sweep: keys of the scenario with the values they take.
 
 The values of an `Axis` are a sequence: stored (a list), `EvenlySpaced`, or random
-(`SampledValues`); the latter two compute values on demand, so a large sweep needs no memory.
+(`SampledValues`); the latter two compute values on demand.
 Axes form a grid whose first axis varies fastest; the axes of a zip or a sample vary together as
 one group. Evenly spaced values are the doubles closest to the decimal numbers meant. The models
 of the sweep block, which `sweep` reads, are at the end.

@@ -1,22 +1,12 @@
 """Sampling plans and distributions: random values for the keys of a sweep.
 
-Problem
-    A sample may have up to 1e12 points, which are computed in blocks, in any order and on
-    several machines. A point must therefore follow from its index alone.
+The points of a plan lie in the unit cube and are drawn together: independent points, a Latin
+hypercube (each layer of each dimension has one point), or a scrambled Sobol sequence. Values
+follow from them by the quantile functions of (truncated) distributions. Those of `scipy.stats`
+take so long to import that a sweep of 100 cases lasts 4.4 s instead of 2.3 s.
 
-Method
-    - Independent points: a counter-based generator (Philox) with one stream per block of
-      points.
-    - Latin hypercube: the layer of a point in each dimension is a pseudo-random permutation of
-      its index, a Feistel network with cycle walking, so no permutation is stored.
-    - Sobol sequence: the bits of the Gray code of the index select the direction numbers, with
-      linear matrix scramble and digital shift, which are taken from scipy.
-
-Values follow from the points by the quantile functions of (truncated) distributions. Those of
-`scipy.stats` take so long to import that a sweep of 100 cases lasts 4.4 s instead of 2.3 s.
-
-Sources: McKay, Beckman and Conover, Technometrics 21 (1979) 239 (Latin hypercube); Black and
-Rogaway, CT-RSA 2002 (cycle walking); Matoušek, J. Complexity 14 (1998) 527 (scrambling).
+Sources: McKay, Beckman and Conover, Technometrics 21 (1979) 239 (Latin hypercube); Matoušek, J.
+Complexity 14 (1998) 527 (scrambling).
 """
 
 from __future__ import annotations
@@ -24,7 +14,8 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import lru_cache
+from inspect import signature
 from math import inf, log, log1p, sqrt
 from operator import index
 from typing import Any, Protocol, TypeVar, overload
@@ -36,22 +27,6 @@ from drysim.core.model import Floats
 from drysim.wording import format_number, format_range
 
 Indices = NDArray[np.int64]
-
-POINTS_PER_CHUNK = 4096
-"""Points per random stream; a single point costs as much as the chunk."""
-
-FEISTEL_ROUNDS = 6
-"""Rounds of the Feistel network; four suffice for a permutation without attackers."""
-
-SPLITMIX_FACTORS = (np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB))
-"""Odd factors of the SplitMix64 finaliser (Steele, Lea and Flood 2014)."""
-
-GOLDEN_RATIO = np.uint64(0x9E3779B97F4A7C15)
-"""2^64 over the golden ratio; separates the seeds of the rounds."""
-
-SOBOL_BITS = 30
-"""Default number of bits of a Sobol coordinate; it limits the number of distinct points."""
-
 
 MAX_PROBABILITY = 1.0 - 2.0**-53
 """Largest double below 1: the quantile of 1 would be infinite, and sums of probabilities can
@@ -103,10 +78,8 @@ class SampledValues(LazySequence[float]):
         return float(self.at(np.array([number])).item())
 
     def __iter__(self) -> Iterator[float]:
-        """Iterate over the values chunk by chunk; a single value costs as much as a chunk."""
-        for begin in range(0, len(self), POINTS_PER_CHUNK):
-            numbers = np.arange(begin, min(begin + POINTS_PER_CHUNK, len(self)))
-            yield from self.at(numbers).tolist()
+        """Iterate over the values, which are computed together."""
+        yield from self.of(draw_points(self.design)).tolist()
 
     def at(self, numbers: Indices) -> Floats:
         """Return values by index."""
@@ -130,85 +103,26 @@ class Design:
 
     def at(self, numbers: Indices) -> Floats:
         """Return points by index, shape (n, dimensions), in [0, 1]."""
-        if self.kind == "sobol":
-            return self._sobol(numbers)
-        within = self._uniform(numbers)
-        if self.kind == "uniform":
-            return within
-        layers = [self._permuted(numbers, k) for k in range(self.dimensions)]
-        return (np.stack(layers, axis=1) + within) / self.count
+        return draw_points(self)[numbers]
 
-    def _uniform(self, numbers: Indices) -> Floats:
-        """Return independent points; each chunk has its own random stream."""
-        found = np.empty((len(numbers), self.dimensions))
-        blocks = numbers // POINTS_PER_CHUNK
-        for block in np.unique(blocks).tolist():
-            stream = np.random.Generator(np.random.Philox(key=[self.seed, block]))
-            drawn = stream.random((POINTS_PER_CHUNK, self.dimensions))
-            mask = blocks == block
-            found[mask] = drawn[numbers[mask] % POINTS_PER_CHUNK]
-        return found
 
-    def _permuted(self, numbers: Indices, dimension: int) -> Floats:
-        """Return the images of indices under a permutation of all indices."""
-        half = max(1, (int(self.count - 1).bit_length() + 1) // 2)
-        values = numbers.astype(np.uint64)
-        values = self._feistel(values, half, dimension)
-        while (beyond := values >= self.count).any():
-            values[beyond] = self._feistel(values[beyond], half, dimension)
-        found: Floats = values.astype(np.float64)
-        return found
-
-    def _feistel(self, values: Any, half: int, dimension: int) -> Any:
-        """Return a pseudo-random permutation of numbers of 2 half bits."""
-        mask, shift = np.uint64((1 << half) - 1), np.uint64(half)
-        left, right = values >> shift, values & mask
-        for turn in range(FEISTEL_ROUNDS):
-            salt = np.uint64(
-                (self.seed * 1_000_003 + dimension * FEISTEL_ROUNDS + turn) % (1 << 64)
-            )
-            with np.errstate(over="ignore"):
-                mixed = right + (salt + np.uint64(1)) * GOLDEN_RATIO
-                for factor, bits in zip(SPLITMIX_FACTORS, (30, 27), strict=True):
-                    mixed = (mixed ^ (mixed >> np.uint64(bits))) * factor
-            left, right = right, left ^ ((mixed ^ (mixed >> np.uint64(31))) & mask)
-        return (left << shift) | right
-
-    def _sobol(self, numbers: Indices) -> Floats:
-        """Return points of the scrambled Sobol sequence."""
-        directions, shift, scale = self._directions
-        codes = numbers.astype(np.uint64)
-        codes ^= codes >> np.uint64(1)  # Gray code of the index
-        digits = np.broadcast_to(shift, (len(codes), len(shift))).copy()
-        for bit in range(int(codes.max(initial=0)).bit_length()):
-            asked = (codes >> np.uint64(bit)) & np.uint64(1) == 1
-            digits[asked] ^= directions[:, bit]
-        points: Floats = digits * scale
-        return points
-
-    @cached_property
-    def _directions(self) -> tuple[Any, Any, float]:
-        """Scrambled direction numbers, shift, and the value of a unit in the last place.
-
-        They are private attributes of scipy's engine, which can compute points in sequence
-        only.
-        """
+@lru_cache(maxsize=2)  # not a property of the design: the points would be pickled with the axes
+def draw_points(design: Design) -> Floats:
+    """Return all points of a design, shape (count, dimensions)."""
+    random, shape = np.random.default_rng(design.seed), (design.count, design.dimensions)
+    if design.kind == "sobol":
         from scipy.stats import qmc
 
-        bits = SOBOL_BITS if self.count <= 1 << SOBOL_BITS else 64
-        source = np.random.Generator(np.random.PCG64(self.seed))
-        sobol: Any = qmc.Sobol
-        engine = sobol(self.dimensions, scramble=True, bits=bits, **{self._word: source})
-        return engine._sv, engine._shift, engine._scale
-
-    @cached_property
-    def _word(self) -> str:
-        """Name of scipy's parameter for the random generator: `rng` in newer versions."""
-        from inspect import signature
-
-        from scipy.stats import qmc
-
-        return "rng" if "rng" in signature(qmc.Sobol.__init__).parameters else "seed"
+        engine: Any = qmc.Sobol
+        word = "rng" if "rng" in signature(engine).parameters else "seed"  # before scipy 1.15
+        sequence = engine(design.dimensions, scramble=True, **{word: random})
+        points = sequence.random_base2((design.count - 1).bit_length())[: design.count]
+    else:
+        points = random.random(shape)
+    if design.kind == "latin":
+        layers = np.tile(np.arange(design.count)[:, np.newaxis], design.dimensions)
+        points = (random.permuted(layers, axis=0) + points) / design.count
+    return np.asarray(points, dtype=np.float64)
 
 
 class Distribution(Protocol):

@@ -25,6 +25,7 @@ from drysim.scenario.axes import (
     DIRECTION_KEY,
     DOWN,
     FILE_KEY,
+    MAX_AXIS_VALUES,
     NATURAL_FREQUENCY_KEY,
     SAMPLE_KEY,
     SRS_KEY,
@@ -71,9 +72,6 @@ from drysim.scenario.values import (
 from drysim.system import relative_path
 from drysim.wording import format_unit
 from drysim.yaml_document import UNREAD_KEYS, KeyPath
-
-MAX_SAMPLE_POINTS = 10**12
-"""Maximum number of points of a sample; more are probably a typing error."""
 
 
 def read_axes_and_checks(reading: Reading) -> dict[str, Any]:
@@ -248,7 +246,7 @@ def _read_sample(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axi
         reading.report_value(f"{sentence}; not {format_value(over)}", (*at, "over"))
         return
     numerals = _read_keys(reading, known, (*at, "over"), over)
-    count = read_whole_number(reading, at, words, "count", 1, MAX_SAMPLE_POINTS)
+    count = read_whole_number(reading, at, words, "count", 1, MAX_AXIS_VALUES)
     seed = read_whole_number(reading, at, words, "seed", 0, 2**63)
     laws = {
         key: read_distribution(reading, (*at, "over", key), over[key], numeral)
