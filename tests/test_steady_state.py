@@ -24,7 +24,6 @@ from drysim.orbits import search
 from drysim.orbits.search import STEP_THRESHOLD, OrbitConvergence
 from drysim.scenario.axes import iter_points, point_columns
 from drysim.scenario.load import load
-from drysim.scenario.model import with_columns
 from drysim.study.ensemble import run
 from drysim.study.run import MotionCache, solve_row
 from drysim.study.sweep import sweep
@@ -383,7 +382,7 @@ def test_columned_scenario_gives_columns_of_symbols(tmp_path):
         + f"sweep:\n  {SWEEPS['friction']}\n  oscillator.mass: [60, 90]\n"
     )
     scenario = load(file)
-    case = with_columns(scenario, point_columns(scenario.sweep, 0, 12))
+    case = scenario.with_values(point_columns(scenario.sweep, 0, 12))
     alone = [scenario.at(point) for point in iter_points(scenario.sweep)]
     assert case.oscillator.plant().b.tolist() == [one.oscillator.plant().b for one in alone]
     assert case.law().F_fs.tolist() == [one.law().F_fs for one in alone]

@@ -16,7 +16,7 @@ from drysim.errors import ScenarioError
 from drysim.scenario import schema
 from drysim.scenario.axes import Axis, iter_points
 from drysim.scenario.load import load
-from drysim.scenario.model import Scenario, scene_period, with_columns
+from drysim.scenario.model import Scenario, scene_period
 from drysim.scenario.warnings import scenario_warnings
 from drysim.yaml_document import dump
 
@@ -462,7 +462,7 @@ def test_columns_of_natural_frequencies_give_the_stiffness_of_each_case(points_s
     whole = points_scenario(oscillator=oscillator)
     values = {"oscillator.natural_frequency": [0.1, 1.6, 7.3], "oscillator.mass": [0.3, 75, 9]}
     columns = {key: np.array(column, dtype=float) for key, column in values.items()}
-    together = with_columns(whole, columns).oscillator.plant()
+    together = whole.with_values(columns).oscillator.plant()
     for i in range(3):
         point = {key: float(column[i]) for key, column in columns.items()}
         assert whole.at(point).oscillator.plant() == tuple(column[i] for column in together)

@@ -1,8 +1,8 @@
 """The scenario: a validated file in SI, and the scenarios derived from it.
 
 `Scenario` is first. The sections after it are: values that an approach does not support; the
-case at a point of a sweep, and many cases as columns; the scenario under another approach or
-another friction law, and what either omits; the resolved scenario as plain values.
+case at a point of a sweep; the scenario under another approach or friction law, and what either
+omits; the resolved scenario as plain values.
 
 Rules on which keys may occur together are checked on the values of a file (`key_faults` in
 `rules`), rules on values on the scenario (`unsupported_values`). The cases of a sweep are
@@ -290,17 +290,21 @@ class Scenario(FromFile):
         }
         return {key: value for key, value in values.items() if value is not None}
 
-    def with_values(self, point: Point) -> "Scenario":
+    def with_values(self, values: Mapping[str, Any]) -> "Scenario":
         """Return the scenario with other values, as `at` does, but without validation.
 
-        That takes a tenth of the time. Every key must have a value already, or belong to a
-        block that is there.
+        That takes a tenth of the time. Values may be columns of many cases; then only
+        arithmetic is meaningful on the result (plant, law, motion, ...).
         """
-        changed: dict[str, Any] = {}
-        for key, value in point.items():
+        blocks: dict[str, Any] = {}
+        for key, value in values.items():
+            if key == DIRECTION_KEY:
+                continue
             name, *steps = key.split(".")
-            changed[name] = _with_field(changed.get(name, getattr(self, name)), steps, value)
-        return self.model_copy(update=changed)
+            annotation = type(self).model_fields[name].annotation
+            block = blocks.get(name, getattr(self, name))
+            blocks[name] = _with_field(block, annotation, steps, value)
+        return self.copy_with(blocks)
 
     def with_approach(self, name: str) -> "Scenario":
         """Return the scenario for another approach, without what it does not support.
@@ -550,7 +554,7 @@ def _rigid_stop_faults(scenario: Scenario, stops: Stops) -> Iterator[KeyFault]:
         yield ("start", "x_r"), sentence
 
 
-# The case at a point of a sweep, and many cases as columns
+# The case at a point of a sweep
 
 MAX_TRIED_POINTS = 10_000
 """Maximum number of points validated on loading; in larger grids each point is validated when
@@ -649,17 +653,22 @@ def _validated_block(
         raise InvalidValue(f"there is no key {key} here", *key.split(".")) from None
 
 
-def _with_field(block: Any, steps: list[str], value: float) -> Any:
+def _with_field(block: Any, annotation: Any, steps: Sequence[str], value: Any) -> Any:
     """Return a copy of nested blocks with one value replaced, without validation."""
     if not steps:
         return value
     first, *rest = steps
     if isinstance(block, tuple):
         i = int(first)
-        return (*block[:i], _with_field(block[i], rest, value), *block[i + 1 :])
+        return (*block[:i], _with_field(block[i], None, rest, value), *block[i + 1 :])
+    if block is None:
+        only: Any = {first: value}
+        return next(iter(block_models(annotation))).model_construct(**only)
+    assert isinstance(block, Block), "a key leads through blocks and lists"
     fields = type(block).model_fields
-    name = next(name for name, field in fields.items() if first == (field.alias or name))
-    return block.model_copy(update={name: _with_field(getattr(block, name), rest, value)})
+    name = next(name for name, field in fields.items() if (field.alias or name) == first)
+    inner = _with_field(getattr(block, name), fields[name].annotation, rest, value)
+    return block.model_copy(update={name: inner})
 
 
 def _with_value(words: Any, steps: list[str], value: float, key: str) -> Any:
@@ -724,41 +733,6 @@ def _locate(scenario: Scenario, point: Point, error: InvalidValue) -> Problem:
         f"{name} = {format_number(value, digits=12)}" for name, value in point.items()
     )
     return scenario.problem(f"{error} (at {where})", keys)
-
-
-def with_columns(scenario: Scenario, columns: Mapping[str, NDArray[Any]]) -> Scenario:
-    """Return a scenario with columns of values at some keys.
-
-    Only arithmetic is meaningful on the result (plant, law, motion, ...). Nothing is validated;
-    use `Scenario.at` for the rules between values.
-    """
-    changed: dict[str, Any] = {}
-    for key, column in columns.items():
-        if key == DIRECTION_KEY:
-            continue
-        name, *steps = key.split(".")
-        annotation = type(scenario).model_fields[name].annotation
-        old = changed.get(name, getattr(scenario, name))
-        changed[name] = _with_column(old, annotation, steps, column)
-    return scenario.copy_with(changed)
-
-
-def _with_column(old: Any, annotation: Any, steps: Sequence[str], column: NDArray[Any]) -> Any:
-    """Return a nested value with a column at the end of a key path."""
-    if not steps:
-        return column
-    first, *rest = steps
-    if isinstance(old, tuple):
-        i = int(first)
-        return (*old[:i], _with_column(old[i], None, rest, column), *old[i + 1 :])
-    if old is None:
-        values: Any = {first: column}
-        return next(iter(block_models(annotation))).model_construct(**values)
-    assert isinstance(old, Block), "a key leads through blocks and lists"
-    fields = type(old).model_fields
-    name = next(name for name, field in fields.items() if (field.alias or name) == first)
-    inner = _with_column(getattr(old, name), fields[name].annotation, rest, column)
-    return old.model_copy(update={name: inner})
 
 
 # The scenario under another approach, and what that approach leaves out

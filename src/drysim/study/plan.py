@@ -51,7 +51,7 @@ from drysim.scenario.axes import (
     points_in,
 )
 from drysim.scenario.blocks import SEED_KEY
-from drysim.scenario.model import Columns, Scenario, with_columns
+from drysim.scenario.model import Columns, Scenario
 from drysim.scenario.sampling import LazySequence
 from drysim.scenario.window import common_period
 from drysim.study.budget import response_memory
@@ -452,7 +452,7 @@ def scene_array(
     """Return the cases as the array of the orbit kernel, and their F_fk and F_fs [N]."""
     from drysim.core.orbit import SINES
 
-    case = with_columns(scenario, points)
+    case = scenario.with_values(points)
     plant, law = case.oscillator.plant(), case.law()
     limits = NO_LIMITS if case.stroke is None else case.stroke.limits
     motion = case.excitation.motion()

@@ -37,7 +37,7 @@ from drysim.scenario.axes import (
     chain_length,
     count_points,
 )
-from drysim.scenario.model import LIMIT_KEYS, STATIC_RATIO, Scenario, with_columns
+from drysim.scenario.model import LIMIT_KEYS, STATIC_RATIO, Scenario
 from drysim.scenario.text import describe_case
 from drysim.study.outcome import (
     Result,
@@ -480,7 +480,7 @@ def stroke_limits(scenario: Scenario, point: Mapping[str, Any]) -> StrokeLimits 
     With columns of values, the limits are columns, too.
     """
     own = {key: value for key, value in point.items() if key in LIMIT_KEYS}
-    stroke = with_columns(scenario, own).stroke if own else scenario.stroke
+    stroke = scenario.with_values(own).stroke if own else scenario.stroke
     return None if stroke is None else stroke.limits
 
 
