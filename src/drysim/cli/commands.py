@@ -19,7 +19,7 @@ import typer
 
 from drysim.cli import options
 from drysim.cli.job import Common, Job, Work, carry_out
-from drysim.cli.process import OutputMode, Plan, command_line, tolerate_closed_pipe
+from drysim.cli.process import OutputMode, Plan, tolerate_closed_pipe
 from drysim.errors import (
     EXIT_CHECK_FAILED,
     EXIT_NOTHING_COMPUTED,
@@ -140,10 +140,7 @@ def run(
     from drysim.study.preparation import prepare
     from drysim.study.statistics import max_seeds
 
-    common = Common(
-        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
-        report, picture_format,
-    )  # fmt: skip
+    common = Common.of(context)
     case = prepare(load(scenario, options.overrides(changes, approach)), interval=True)
     if max_seeds(case.scenario) > 1:
         return carry_out(seeds_job(case, workers, resume, common.mode), common)
@@ -251,10 +248,7 @@ def sweep(
     from drysim.scenario.load import load
     from drysim.study.preparation import prepare
 
-    common = Common(
-        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
-        report, picture_format,
-    )  # fmt: skip
+    common = Common.of(context)
     changed = options.overrides(changes, approach)
     case = prepare(load(scenario, changed), swept=True, interval=True)
     if form == "parquet":
@@ -352,10 +346,7 @@ def compare(
     from drysim.study.preparation import prepare
     from drysim.study.run import count_cases
 
-    common = Common(
-        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
-        report, picture_format,
-    )  # fmt: skip
+    common = Common.of(context)
     names = parse_names(approaches)
     loaded = load(scenario_or_default(scenario, names, common.mode), changes or [])
     case = prepare(loaded.variant(names[-1]), compared=True, swept=True)
@@ -394,10 +385,7 @@ def fit(
     from drysim.study import fit as study
     from drysim.study.fit_model import build_model
 
-    common = Common(
-        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
-        report, picture_format,
-    )  # fmt: skip
+    common = Common.of(context)
     loaded = load(scenario, changes or [])
     study.require_fit(loaded)
     job = Job(
@@ -445,10 +433,7 @@ def design(
     from drysim.scenario.load import load
     from drysim.study.design import design_of, prepare_design
 
-    common = Common(
-        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
-        report, picture_format,
-    )  # fmt: skip
+    common = Common.of(context)
     case = prepare_design(load(scenario, changes or []))
     certificates = tls_ca_file, tls_cert, tls_key
     job = Job(
@@ -481,10 +466,7 @@ def branches(
     from drysim.scenario.load import load
     from drysim.study.branches import prepare_branches, solve
 
-    common = Common(
-        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
-        report, picture_format,
-    )  # fmt: skip
+    common = Common.of(context)
     case = prepare_branches(load(scenario, changes or []))
     job = Job(
         name=f"{case.scenario.name}-branches",
@@ -513,10 +495,7 @@ def regime_map(
     from drysim.scenario.load import load
     from drysim.study.regimes import prepare_map, require_map, solve
 
-    common = Common(
-        command_line(context), OutputMode(as_json, quiet), out, dry_run, strict, not no_plots,
-        report, picture_format,
-    )  # fmt: skip
+    common = Common.of(context)
     case = prepare_map(load(scenario, changes or []))
     job = Job(
         name=f"{case.scenario.name}-map",
@@ -640,10 +619,7 @@ def bench(
     quiet: options.Quiet = False,
 ) -> int:
     """Measure speed and error of the approaches and of scipy."""
-    common = Common(
-        command_line(context), OutputMode(as_json, quiet), out, dry_run, plots=not no_plots,
-        picture_format=picture_format,
-    )  # fmt: skip
+    common = Common.of(context)
     if steady and hard:
         raise UsageError("--steady and --hard cannot be combined", "use one of them")
     if hard:

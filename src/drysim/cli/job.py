@@ -16,6 +16,8 @@ from drysim.cli import process
 from drysim.errors import EXIT_INTERRUPTED
 
 if TYPE_CHECKING:
+    import typer
+
     from drysim.cli.process import OutputMode, Plan
     from drysim.output.folder import LockedFolder
     from drysim.scenario.model import Scenario
@@ -46,6 +48,21 @@ class Common:
     plots: bool = True
     report: bool = False
     picture_format: str = "png"
+
+    @classmethod
+    def of(cls, context: typer.Context) -> Common:
+        """Return the options of a command, by the names of its parameters."""
+        given = context.params
+        return cls(
+            command=process.command_line(context),
+            mode=process.OutputMode(given["as_json"], given["quiet"]),
+            out=Path(given["out"]) if given["out"] is not None else None,
+            dry_run=given["dry_run"],
+            strict=given.get("strict", False),
+            plots=not given["no_plots"],
+            report=given.get("report", False),
+            picture_format=given["picture_format"],
+        )
 
 
 class Work(NamedTuple):
