@@ -27,6 +27,7 @@ from drysim.study.design import (
 from drysim.study.statistics import OverSeeds, Row
 from drysim.study.store import Store, work_identity
 from drysim.study.sweep import on_workers
+from drysim.wording import format_number
 from test_bad_input import tree
 
 M, K_X = 75.0, 7500.0
@@ -770,6 +771,26 @@ def test_best_design_runs_with_the_limits_as_its_checks(tmp_path):
     (check,) = drysim.run(found.scenario).checks
     assert (str(check.check), check.passed) == ("stroke_used <= 1 with every seed", True)
     assert check.value == pytest.approx(found.checks[0].value)
+
+
+def test_hourly_stroke_and_damping_name_the_mass_and_bounds_are_binding(tmp_path):
+    scene = NOISE.replace("duration: 15 s", "duration: 80 s")
+    scene = scene.replace("damping: 300", "damping_ratio: 0.3").replace("40 mm", "200 mm")
+    design = """
+  vary: {oscillator.damping_ratio: {from: 0.1, to: 0.2}}
+  minimise: x_r_peak
+  evaluations: 12
+  over: {oscillator.mass: [60, 90]}"""
+    rows = list(best_rows(found := drysim.design(loaded(tmp_path, scene, design))))
+    by_label = {row.label: row for row in rows}
+    k_x = found.scenario.oscillator.plant().k_x
+    low, high = (2 * 0.2 * (k_x * mass) ** 0.5 for mass in (60, 90))
+    assert by_label["damping_ratio"].value == "0.2"
+    between = f"b {format_number(low)} to {format_number(high)} N·s/m"
+    assert between in by_label["damping_ratio"].remark
+    assert " of the limit at mass 90 kg; reached once an hour" in by_label["hourly peak"].remark
+    assert rows[-1].value == "damping_ratio <= 0.2"
+    assert rows[-1].remark == "upper end of its range; a better design may lie beyond"
 
 
 def test_closest_design_at_its_bound_is_said_to_be_there(tmp_path, monkeypatch, command):

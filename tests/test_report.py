@@ -240,7 +240,6 @@ def test_words_of_a_design_study_are_explained_beside_its_results(result):
     for word in ("within 1 %", "as given", "friction ±10 %", "stiffness ±10 %"):
         assert f"{word} {meaning(word, DESIGN)}" in page.text
     assert meaning("95 %", DESIGN) not in page.text  # a single seed has no interval
-    assert meaning("binding", DESIGN) not in page.text
 
 
 SAFE = SEAT.replace("kinetic: 15", "kinetic: 15, static: 18")

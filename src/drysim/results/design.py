@@ -230,7 +230,9 @@ def best_rows(result: DesignResult) -> Iterator[Row]:
         return
     keys = [one.key for one in result.design.vary]
     for one in result.design.vary:
-        unit, remarks = format_unit(one.unit), []
+        unit, remarks = format_unit(one.unit), list[str]()
+        if one.key == "oscillator.damping_ratio":
+            remarks.append(describe_damping(result))
         for label, region in (("95 %", result.optimum), ("within 1 %", result.flat)):
             if region is None:
                 continue
@@ -257,6 +259,30 @@ def best_rows(result: DesignResult) -> Iterator[Row]:
         name = result.design.minimise[0]
         least = f"{name} about {format_metric(name, objective)}"
         yield Row("binding", str(limit), f"{least} without this limit")
+    if result.best is not None:
+        yield from bound_rows(result)
+
+
+def bound_rows(result: DesignResult) -> Iterator[Row]:
+    """Yield the ends of ranges in `design.vary` that keep the best design from being better."""
+    shown, bounds = result.shown, keys_at_bounds(result)
+    assert shown is not None, "a best design is shown"
+    keys = [one.key for one in result.design.vary]
+    for one in result.design.vary:
+        if side := bounds.get(one.key):
+            value = format_number(shown.values[one.key], format_unit(one.unit))
+            bound = f"{short_key(one.key, keys)} {'>=' if side == 'lower' else '<='} {value}"
+            remark = f"{side} end of its range; a better design may lie beyond"
+            yield Row("binding", bound, remark)
+
+
+def describe_damping(result: DesignResult) -> str:
+    """Return the damping coefficient that the damping ratio of the shown design stands for."""
+    assert result.shown is not None, "a damping ratio is that of a design"
+    cases = (result.scenario.at(result.place_of(row)) for row in result.shown.rows)
+    coefficients = [case.oscillator.plant().b for case in cases]
+    low, high = min(coefficients), max(coefficients)
+    return f"b {format_range(low, high, format_unit('N*s/m'))}"
 
 
 def describe_region(low: float | None, high: float | None) -> str:
@@ -271,15 +297,20 @@ def describe_region(low: float | None, high: float | None) -> str:
 
 def hourly_rows(result: DesignResult) -> Iterator[Row]:
     """Yield the stroke that the shown design reaches once an hour, beside its limit."""
-    shown = result.shown
-    metrics = [row.metrics for row in shown.rows] if shown else []
-    stroke = max((one.get(HOURLY_STROKE) or 0.0 for one in metrics), default=0.0)
-    if stroke:
-        remark = "reached once an hour, extrapolated from the largest peaks"
-        if (block := result.scenario.stroke) is not None:
-            used = max(hourly_stroke_used(one, block.limits) for one in metrics)
-            remark = f"{describe_hourly_use(used)}; {remark}"
-        yield Row(label_of(HOURLY_STROKE), wording.format_length(stroke), remark)
+    shown, block = result.shown, result.scenario.stroke
+    rows = [row for row in shown.rows if row.metrics.get(HOURLY_STROKE)] if shown else []
+    if not rows:
+        return
+    if block is None:
+        worst, used = max(rows, key=lambda row: number_of(row.metrics[HOURLY_STROKE])), ""
+    else:
+        worst = max(rows, key=lambda row: hourly_stroke_used(row.metrics, block.limits))
+        used = describe_hourly_use(hourly_stroke_used(worst.metrics, block.limits))
+    place = describe_case(result.place_of(worst), result.design.conditions.axes)
+    remarks = [f"{used}{f' at {place}' if place else ''}".strip()]
+    remarks += ["reached once an hour, extrapolated from the largest peaks"]
+    stroke = wording.format_length(worst.metrics[HOURLY_STROKE])
+    yield Row(label_of(HOURLY_STROKE), stroke, "; ".join(filter(None, remarks)))
 
 
 def front_rows(result: DesignResult) -> Iterator[Row]:

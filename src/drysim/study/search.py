@@ -220,7 +220,8 @@ def interpolate(points: Floats, values: Floats, others: Floats) -> Floats | None
     -------
     ndarray, shape (m, ...), or None
     """
-    count = len(points)
+    if not (count := len(points)):
+        return None
     columns = values.reshape(count, -1)
     surrogate = Surrogate.of(Evaluations(points, columns, np.empty((count, 0))))
     if surrogate is None:

@@ -210,7 +210,9 @@ def choose_engine(case: Case, scenarios: Sequence[Scenario], count: int | None =
 def is_damped(case: Case) -> bool:
     """Return whether every case of a sweep has a damper."""
     keys = "oscillator.damping", "oscillator.damping_ratio"
-    swept = [min(axis.values) for axis in case.scenario.sweep if axis.key in keys]
+    swept = [
+        min(axis.values) for axis in case.scenario.sweep if axis.key in keys and axis.values
+    ]
     return min(swept, default=case.plant.b) > 0.0
 
 
