@@ -219,8 +219,8 @@ class WorkerPool:
                 yield from completed_here(function, items, range(done, len(items)))
                 return
         # The first series is known to the workers, its items by their numbers.
-        known = range(len(items)) if pickled is None else items
-        yield from self._in_processes(name, pickled, known, done, early)
+        handed_out = range(len(items)) if pickled is None else items
+        yield from self._in_processes(name, pickled, handed_out, done, early)
 
     def _in_processes(
         self,
@@ -276,7 +276,8 @@ class WorkerPool:
         """Return a function as workers read it; None if they are to be forked."""
         if self._executor is None:
             return None
-        places, file = {id(one): place for place, one in enumerate(self._shared)}, BytesIO()
+        places = {id(shared): place for place, shared in enumerate(self._shared)}
+        file = BytesIO()
 
         class Pickler(pickle.Pickler):
             """Writes the place of a shared object instead of the object."""
@@ -320,7 +321,7 @@ class WorkerPool:
         try:
             self._executor.submit(os.getpid)  # all are forked by the first submission
         finally:
-            self._processes = [one for one in active_children() if one not in others]
+            self._processes = [child for child in active_children() if child not in others]
             signal.pthread_sigmask(signal.SIG_SETMASK, signals)
 
     def _kill(self) -> None:

@@ -87,7 +87,7 @@ class Ensemble(Result):
     @property
     def metrics(self) -> Values:
         """Mean of each metric over the seeds for which it is known, in SI units."""
-        return {name: found and found.mean for name, found in self.statistics.items()}
+        return {name: metric and metric.mean for name, metric in self.statistics.items()}
 
     @property
     def response(self) -> Response:
@@ -191,8 +191,8 @@ def solve(
 
     with WorkerPool(plan.seed_workers(case, workers)) as pool:
         solve_all = partial(pool.map_unordered, solve_one)
-        with closing(solve_ranges(ranges, solve_one, solve_all, store, finished)) as found:
-            solved = needed_seeds(scenario, (batch for _, batch in found))
+        with closing(solve_ranges(ranges, solve_one, solve_all, store, finished)) as batches:
+            solved = needed_seeds(scenario, (batch for _, batch in batches))
     return make_ensemble(case, solved)
 
 
@@ -221,17 +221,17 @@ def make_ensemble(case: Case, seeds: Batch, complete: bool = True) -> Ensemble:
         raise SolverError(f"the numerics fail for every seed; the first: {seeds.notes[0]}")
     one_seed = with_seed(scenario, good.points[SEED_KEY][0].item())
     shown = one_case.solve(assemble(one_seed, base_motion(one_seed)))
-    found = statistics(good)
-    means = {name: one and one.mean for name, one in found.items()}
+    by_metric = statistics(good)
+    means = {name: metric and metric.mean for name, metric in by_metric.items()}
     verdicts = []
     for check in scenario.checks:
-        values, statistic = good.metrics[check.metric], found[check.metric]
+        values, statistic = good.metrics[check.metric], by_metric[check.metric]
         judged = means if check.judges == MEAN else {check.metric: check.over_seeds(values)}
         verdict = check.judge(judged)
         if statistic:
             values = values[np.isfinite(values)]
             verdict = with_seeds(verdict, statistic.half_width, statistic.seeds, values)
         verdicts.append(verdict)
-    warnings = tuple(ensemble_warnings(case, seeds, found, verdicts, shown))
+    warnings = tuple(ensemble_warnings(case, seeds, by_metric, verdicts, shown))
     rows = Rows([seeds])
-    return Ensemble(scenario, rows, found, shown, tuple(verdicts), warnings, complete)
+    return Ensemble(scenario, rows, by_metric, shown, tuple(verdicts), warnings, complete)

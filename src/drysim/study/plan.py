@@ -226,7 +226,7 @@ def seed_ranges(case: Case, least: int = MIN_SEED_RANGES) -> list[CaseRange]:
     most = SEEDS_PER_CHECK if stopping_rule(case.scenario) else len(seeds)  # few in vain
     length = min(STEPS_PER_RANGE // case.steps, len(seeds) // least, most) or 1
     firsts = range(0, len(seeds), length)
-    return [CaseRange(swept, at, at, min(at + length, len(seeds))) for at in firsts]
+    return [CaseRange(swept, i, i, min(i + length, len(seeds))) for i in firsts]
 
 
 def range_length(cases: int, together: bool) -> int:
@@ -247,7 +247,8 @@ def solve_range(
     if chain_length(scenario.sweep):
         return solve_chain(case_range, motions, case_workers.is_cancelled)
     points = points_in(point_columns(scenario.sweep, begin, end))
-    return Batch.of(first, [solve_case(scenario, one, motions, case_workers) for one in points])
+    rows = [solve_case(scenario, point, motions, case_workers) for point in points]
+    return Batch.of(first, rows)
 
 
 def solve_chain(
@@ -310,16 +311,16 @@ def solve_seeds(case: Case, case_range: CaseRange, motions: MotionCache) -> Batc
     size = end - begin
     status = np.full(size, STATUSES.index(OK), dtype=np.int8)
     status[list(notes)] = STATUSES.index(FAILED)
-    found = {
+    metrics = {
         name: values
         for name, values in (evaluate(stack(observed)) if observed else {}).items()
         if values is not None
     }
-    numbers = np.full((len(FORCES) + len(found), size), np.nan)
+    numbers = np.full((len(FORCES) + len(metrics), size), np.nan)
     numbers[0], numbers[1] = law.F_fk, law.F_fs
-    for row, values in zip(numbers[len(FORCES) :], found.values(), strict=True):
+    for row, values in zip(numbers[len(FORCES) :], metrics.values(), strict=True):
         row[status == STATUSES.index(OK)] = values
-    names = (*FORCES, *found)
+    names = (*FORCES, *metrics)
     return Batch(first, case.scenario.label, points, names, numbers, status, notes)
 
 
@@ -332,14 +333,14 @@ def mean_row(scenario: Scenario, point: Point, seeds: Batch) -> Row:
         which = f"{len(seeds.notes)} of {count} seeds failed, the first is seed"
         note = f"{which} {seeds.points[SEED_KEY][i]}: {note}"
         return replace(case, status=FAILED, note=note)
-    found, until = means(seeds), stopping_rule(scenario)
+    averages, until = means(seeds), stopping_rule(scenario)
     over = OverSeeds(
         count,
-        {name: half_width for name, (_, half_width) in found.items()},
+        {name: half_width for name, (_, half_width) in averages.items()},
         {name: seeds.values(name) for name in seed_metrics(scenario)},
         until is None or is_narrow(until, seeds.metrics[until.metric].tolist()),
     )
-    metrics = dict.fromkeys(METRIC_NAMES) | {name: mean for name, (mean, _) in found.items()}
+    metrics = dict.fromkeys(METRIC_NAMES) | {name: mean for name, (mean, _) in averages.items()}
     return replace(case, metrics=metrics, over=over)
 
 
@@ -409,9 +410,9 @@ def solve_orbit_range(case_range: CaseRange) -> Batch:
     else:
         results = solve_orbits(scenes)
     status, notes = orbit_statuses(results)
-    found = orbit_metrics(scenes, results, status)
-    numbers = np.array([*forces, *found.values()])
-    batch = Batch(first, scenario.label, points, (*FORCES, *found), numbers, status, notes)
+    metrics = orbit_metrics(scenes, results, status)
+    numbers = np.array([*forces, *metrics.values()])
+    batch = Batch(first, scenario.label, points, (*FORCES, *metrics), numbers, status, notes)
     crowded = results[:, STATUS] == Status.LOG_FULL
     if chained and crowded.any():
         return solve_chain(case_range, MotionCache(), ONE_WORKER.is_cancelled)
@@ -428,14 +429,14 @@ def solve_orbit_chain(scenes: Floats, order: Sequence[int]) -> Floats:
     from drysim.core.orbit import STATUS, V_BEGIN, X_BEGIN
     from drysim.orbits.coulomb import solve_orbits
 
-    found = {}
+    solved = {}
     state = scenes[order[0], [X_R, V_R]]
     for i in order:
         scenes[i, [X_R, V_R]] = state
-        found[i] = solve_orbits(scenes[i : i + 1])
-        if found[i][0, STATUS] == Status.OK:
-            state = found[i][0, [X_BEGIN, V_BEGIN]]
-    return np.concatenate([found[i] for i in range(len(scenes))])
+        solved[i] = solve_orbits(scenes[i : i + 1])
+        if solved[i][0, STATUS] == Status.OK:
+            state = solved[i][0, [X_BEGIN, V_BEGIN]]
+    return np.concatenate([solved[i] for i in range(len(scenes))])
 
 
 def solve_individually(scenario: Scenario, batch: Batch, which: NDArray[np.bool_]) -> Batch:
@@ -477,9 +478,9 @@ def common_periods(case: Scenario, frequencies: tuple[Any, ...], length: int) ->
     if varied is not None:
         moves = np.full(length, varied.amplitude, float) != 0.0
         columns.append(np.where(moves, np.full(length, varied.frequency, float), np.nan))
-    rows, at = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
-    found = [common_period(f for f in row if f == f) for row in rows.tolist()]
-    return np.array([np.nan if period is None else period for period in found])[at.ravel()]
+    rows, inverse = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+    periods = [common_period(f for f in row if f == f) for row in rows.tolist()]
+    return np.array([np.nan if T is None else T for T in periods])[inverse.ravel()]
 
 
 def check_first_suspect(
@@ -551,11 +552,11 @@ def orbit_metrics(
         jacobian=(result[o.TRACE], result[o.DETERMINANT]),
     )
     with np.errstate(invalid="ignore"):
-        every = evaluate(measured)
-    found = {name: column for name, column in every.items() if column is not None}
+        evaluated = evaluate(measured)
+    metrics = {name: column for name, column in evaluated.items() if column is not None}
     lost = status != STATUSES.index(OK)
     if lost.any():
         failed = status == STATUSES.index(FAILED)
-        for name, column in found.items():
-            found[name] = np.where(failed if name == "closure" else lost, np.nan, column)
-    return found
+        for name, column in metrics.items():
+            metrics[name] = np.where(failed if name == "closure" else lost, np.nan, column)
+    return metrics

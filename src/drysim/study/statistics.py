@@ -151,7 +151,7 @@ class Batch:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the fields, without what follows from them."""
-        return {one.name: getattr(self, one.name) for one in fields(self)}
+        return {column.name: getattr(self, column.name) for column in fields(self)}
 
     def __len__(self) -> int:
         """Return the number of cases."""
@@ -236,8 +236,8 @@ class Batch:
             points={key: column[which] for key, column in self.points.items()},
             numbers=self.numbers[:, which],
             status=self.status[which],
-            notes={i: self.notes[at] for i, at in enumerate(numbers) if at in self.notes},
-            over={i: self.over[at] for i, at in enumerate(numbers) if at in self.over},
+            notes={i: self.notes[k] for i, k in enumerate(numbers) if k in self.notes},
+            over={i: self.over[k] for i, k in enumerate(numbers) if k in self.over},
             text=b"",
         )
 
@@ -412,8 +412,8 @@ def _statistic(seeds: Batch, name: str) -> Statistic | None:
     # Median-unbiased quantiles do not depend on the distribution (Hyndman & Fan 1996, type 8).
     quantiles = np.quantile(series, QUANTILES, method="median_unbiased").tolist()
     least, greatest = (
-        (_to_number(name, series[at].item()), numbers[at].item())
-        for at in (series.argmin(), series.argmax())
+        (_to_number(name, series[i].item()), numbers[i].item())
+        for i in (series.argmin(), series.argmax())
     )
     return Statistic(len(series), *_moments(series), tuple(quantiles), least, greatest)
 

@@ -196,11 +196,12 @@ def pack(batch: Batch, sweep: str) -> bytes:
         "notes": {str(i): note for i, note in batch.notes.items()},
         "over": {str(i): vars(over) for i, over in batch.over.items()},
     }
-    words, text = (
+    header_text, text = (
         np.frombuffer(part, np.uint8) for part in (json.dumps(header).encode(), batch.text)
     )
     archive = BytesIO()
-    np.savez(archive, header=words, status=batch.status, numbers=batch.numbers, text=text)
+    status, numbers = batch.status, batch.numbers
+    np.savez(archive, header=header_text, status=status, numbers=numbers, text=text)
     return archive.getvalue()
 
 
@@ -216,14 +217,14 @@ def unpack(content: bytes, case_range: CaseRange, sweep: str) -> Batch:
         header, status, numbers, text = (
             read_array(archive, name) for name in ("header", "status", "numbers", "text")
         )
-    words, n = json.loads(header.tobytes()), case_range.end - case_range.begin
-    if (words["sweep"], words["first"], len(status)) != (sweep, case_range.first, n):
+    fields, n = json.loads(header.tobytes()), case_range.end - case_range.begin
+    if (fields["sweep"], fields["first"], len(status)) != (sweep, case_range.first, n):
         raise ValueError("the batch belongs to another range")
     scenario = case_range.scenario
     points = point_columns(scenario.sweep, case_range.begin, case_range.end)
-    notes = {int(i): note for i, note in words["notes"].items()}
-    over = {int(i): OverSeeds(**fields) for i, fields in words["over"].items()}
-    columns = points, tuple(words["names"]), numbers, status
+    notes = {int(i): note for i, note in fields["notes"].items()}
+    over = {int(i): OverSeeds(**over) for i, over in fields["over"].items()}
+    columns = points, tuple(fields["names"]), numbers, status
     return Batch(case_range.first, scenario.label, *columns, notes, over, text.tobytes())
 
 
@@ -240,8 +241,8 @@ def work_identity(scenario: Scenario) -> dict[str, Any]:
     """Return the identity of a computation: hashes of scenario and files, version of drysim."""
     content = json.dumps(scenario.resolved(), sort_keys=True)
     digest = hashlib.sha256(content.encode()).hexdigest()
-    own = {"drysim": drysim.__version__, "core": source_digest()}
-    return own | {"scenario": digest, "files": file_hashes(scenario)}
+    program = {"drysim": drysim.__version__, "core": source_digest()}
+    return program | {"scenario": digest, "files": file_hashes(scenario)}
 
 
 def identity_digest(identity: Mapping[str, Any]) -> str:

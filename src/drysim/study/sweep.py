@@ -180,8 +180,8 @@ def on_cluster(cluster: ClusterExecutor) -> Execute:
 
 def partial_table(case: Case, store: Store) -> Table:
     """Return the table of the finished cases of an interrupted sweep."""
-    found = store.finished(CaseRanges(approaches_of(case.scenario)))
-    return gather(case, found, store, complete=False)
+    finished = store.finished(CaseRanges(approaches_of(case.scenario)))
+    return gather(case, finished, store, complete=False)
 
 
 STEPS_PER_ORBIT, STEPS_PER_UNDAMPED_ORBIT = 500, 150_000
@@ -194,15 +194,15 @@ STEPS_PER_MARCHED_ORBIT = 2_000
 
 def choose_engine(case: Case, scenarios: Sequence[Scenario], count: int | None = None) -> None:
     """Choose the engine for all cases, or `count`, by the law with the most expensive step."""
-    each, kernels = max(
-        (step_cost(one.solver.member(), one.law(), case.motion) for one in scenarios),
+    steps_per_sample, kernels = max(
+        (step_cost(each.solver.member(), each.law(), case.motion) for each in scenarios),
         key=lambda cost: cost.steps,
     )
     least_steps = STEPS_PER_MARCHED_ORBIT
     if all(map(can_solve_together, scenarios)):
         kernels = "orbit.solve_orbits"
         least_steps = STEPS_PER_ORBIT if is_damped(case) else STEPS_PER_UNDAMPED_ORBIT
-    steps = max(case.steps, least_steps) * each
+    steps = max(case.steps, least_steps) * steps_per_sample
     count = count_cases(scenarios) if count is None else count
     compile.choose_engine(steps * max_seeds(case.scenario) * count, kernels)
 
@@ -287,11 +287,11 @@ def solve_interval(case: Case) -> Table:
     Table
         One row per value of the ratio that was solved, in ascending order.
     """
-    scenario, one = case.scenario, case.scenario.copy_with({"sweep": ()})
-    choose_engine(case, [one], 2 * interval.FIRST_VALUES)
-    (covered,) = interval.cover(one, [{}], MotionCache.starting_with(case), WorkerPool(1))
+    scenario, single = case.scenario, case.scenario.copy_with({"sweep": ()})
+    choose_engine(case, [single], 2 * interval.FIRST_VALUES)
+    (covered,) = interval.cover(single, [{}], MotionCache.starting_with(case), WorkerPool(1))
     rows = covered.rows
-    swept = interval.at_points(one, [{}], [*rows])
+    swept = interval.at_points(single, [{}], [*rows])
     batch = Batch.of(0, [*rows.values()])
     table = make_table(swept, replace(case, scenario=swept), Rows([batch]))
     for tally in table.summary.values():
@@ -331,14 +331,15 @@ def solve_swept_interval(
                 (least, begin, LEAST),
                 (greatest, count + begin, GREATEST),
             ):
-                found = zip(block, points, strict=True)
-                batches.append(Batch.of(first, [one.extreme(at, which) for one, at in found]))
+                covered_points = zip(block, points, strict=True)
+                extremes = [each.extreme(point, which) for each, point in covered_points]
+                batches.append(Batch.of(first, extremes))
             finished(least[-1])
             covered += block
     ends = scenario.static_interval
-    words = f"least and greatest over {RATIO_KEY} {format_range(ends.low, ends.high)}"
-    extremes = Axis(EXTREME_KEY, "", (LEAST, GREATEST), description=words)
-    swept = scenario.copy_with({"sweep": (*scenario.sweep, extremes)})
+    description = f"least and greatest over {RATIO_KEY} {format_range(ends.low, ends.high)}"
+    axis = Axis(EXTREME_KEY, "", (LEAST, GREATEST), description=description)
+    swept = scenario.copy_with({"sweep": (*scenario.sweep, axis)})
     rows = Rows([*least, *greatest])
     table = make_table(swept, replace(case, scenario=swept), rows)
     further = interval.cover_warnings(covered), interval.unknown_warnings(covered)
@@ -346,7 +347,7 @@ def solve_swept_interval(
         table,
         scenario=scenario,
         warnings=(*table.warnings, *chain(*further)),
-        jumps=tuple(jump for one in covered for jump in one.jumps),
+        jumps=tuple(jump for each in covered for jump in each.jumps),
     )
 
 
@@ -401,22 +402,22 @@ def make_table(
         Whether all cases were computed.
     """
     tallies = tallies or Tally.of(rows.batches, scenario, case.scenario.label)
-    own = tallies.get(case.scenario.label, Tally("", scenario.checks))
+    tally = tallies.get(case.scenario.label, Tally("", scenario.checks))
     warnings = (
         *losses,
         *case.warnings,
         *unused_spectra_warnings(case),
         *status_warnings(tallies.values(), scenario.sweep),
-        *table_stroke_warnings(own, scenario),
-        *certificate_warnings(*map(own.greatest, ("energy_residual", "law_residual"))),
-        *table_interval_warnings(scenario, own.seeds),
+        *table_stroke_warnings(tally, scenario),
+        *certificate_warnings(*map(tally.greatest, ("energy_residual", "law_residual"))),
+        *table_interval_warnings(scenario, tally.seeds),
     )
     motion = case.motion if has_shared_motion(scenario.sweep) else None
     return Table(
         scenario,
         scenario.sweep,
         rows,
-        own.verdicts,
+        tally.verdicts,
         warnings,
         complete,
         motion,
