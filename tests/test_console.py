@@ -521,6 +521,14 @@ def test_interrupted_sweep_says_how_to_go_on(capsys):
     )
 
 
+def test_interrupt_after_the_last_case_says_that_only_writing_is_left(capsys):
+    show_interrupted(12, "case", Path("out/seat"), is_all=True)
+    assert capsys.readouterr().err == (
+        "interrupted after the last of 12 cases: kept in out/seat.partial; the same command "
+        "with --resume writes the result\n"
+    )
+
+
 def test_sweep_without_a_finished_case_has_nothing_to_go_on_from(capsys):
     show_interrupted(0, "case", Path("out/seat"))
     assert capsys.readouterr().err == "interrupted before any case was finished\n"

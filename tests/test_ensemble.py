@@ -396,7 +396,23 @@ def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path,
     assert (told["complete"], told["ensemble"]["seeds"]) == (False, 8)
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
-    assert drysim(*words, "part", "--resume").code == 0
+    (tmp_path / "part.partial" / "drysim.json").write_text('{"format": 2, "complete": false}')
+    for place, sentence in (
+        ("part.partial", "part.partial/drysim.json has no finished result"),
+        ("part", "part is not finished: its parts are in part.partial"),
+    ):
+        answer = drysim("summarise", place)
+        assert answer.err.startswith(f"error: {sentence}")
+        assert (
+            "finish it with its command and --resume, `drysim run ... --resume`" in answer.err
+        )
+    answer = drysim(*words, "part", "--resume")
+    assert (answer.code, answer.err.count("\n")) == (0, answer.err.count("warning: ") + 1)
+    assert answer.err.startswith("--resume: goes on after 8 seeds in part.partial\n")
+    answer = drysim(*words, "part", "--resume")
+    assert answer.err.startswith(
+        "--resume: no finished seeds in part.partial, so this starts anew"
+    )
     assert not (tmp_path / "part.partial").exists()
     for name in ("ensemble.csv", "response.csv"):
         assert (tmp_path / "part" / name).read_bytes() == (

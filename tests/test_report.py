@@ -418,7 +418,8 @@ def test_changed_and_missing_files_are_named_on_the_console_as_well(result, drys
     assert (done.code, done.out, done.err) == (0, "", f"warning: out: {words}\n")
     written = Path("page.html").read_text("utf-8")
     assert words in Page(written).text
-    assert '<ul class="verdict reserved">' in written
+    assert "✗ Not to be relied on: the files are not those that drysim wrote." in written
+    assert '<ul class="verdict bad">' in written
 
 
 def test_fault_of_the_program_is_not_taken_for_a_damaged_file(result, drysim, monkeypatch):
@@ -578,7 +579,10 @@ FAULTS = {
         "has no finished result",
     ),
     "interrupted": (interrupt, "is not finished"),
-    "type": (lambda folder: change(folder, metrics=[1]), "is damaged: metrics: "),
+    "type": (
+        lambda folder: change(folder, metrics=[1]),
+        "is damaged: metrics is [1], which is not an object",
+    ),
     "text for a number": (
         lambda folder: change(folder, metrics={"T_a": "high"}), "is damaged: ",
     ),
@@ -647,6 +651,24 @@ def test_report_of_the_user_in_the_folder_stays(drysim, seat):
     assert done.code == 2
     assert "out holds report.html, which drysim did not write" in done.err
     assert Path("out/report.html").read_text() == "mine"
+
+
+def test_report_is_written_beside_files_of_the_user(drysim, seat):
+    assert drysim("run", seat, "--quiet", "--no-plots", "-o", "out").code == 0
+    Path("out/notes.txt").write_text("mine")
+    assert drysim("report", "out").code == 0
+    assert Path("out/report.html").is_file()
+    assert Path("out/notes.txt").read_text() == "mine"
+
+
+def test_removal_of_a_report_is_said(result, drysim):
+    result(SAFE, "run", "--no-plots")
+    done = drysim("run", "seat.yaml", "--quiet", "-o", "out")
+    assert done.err == ""
+    assert drysim("report", "out").code == 0
+    done = drysim("run", "seat.yaml", "--no-plots", "-o", "out")
+    assert done.err.startswith("the report of the earlier result in out is removed with it; ")
+    assert drysim("run", "seat.yaml", "--no-plots", "--report", "-o", "out").err == ""
 
 
 # Size, Python, start-up.

@@ -157,7 +157,7 @@ def test_interruption_is_told_before_the_summary_of_what_is_finished(
 
     monkeypatch.setattr(terminal, "progress", lambda *_: nullcontext(advance))
     for name in ("show_interrupted", "show_summary"):
-        monkeypatch.setattr(summary, name, lambda *_, name=name: told.append(name))
+        monkeypatch.setattr(summary, name, lambda *_, name=name, **__: told.append(name))
     command, *words = MANY[kind]
     quick = ("--workers", 1, "--no-plots", "--set", "checks=[T_a < 1e-3]")
     assert drysim(command, seat, *words, *quick).code == 130

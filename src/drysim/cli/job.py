@@ -152,6 +152,11 @@ def carry_out(job: Job, common: Common) -> int:
     output.check_writable(folder)
     if common.dry_run:
         return mode.plan(job.plan(folder))
+    if not common.report and output.has_report(folder):
+        mode.print_status(
+            f"the report of the earlier result in {folder} is removed with it; --report writes "
+            "a new one"
+        )
     job.before(folder)
     with job.executor() as execute, ExitStack() as stack:
         place: Path | LockedFolder = folder
@@ -179,7 +184,8 @@ def carry_out(job: Job, common: Common) -> int:
     if not complete and job.parts is not None:
         from drysim.console.summary import show_interrupted
 
-        show_interrupted(job.parts.count(result), job.parts.name.removesuffix("s"), folder)
+        kept, what = job.parts.count(result), job.parts.name.removesuffix("s")
+        show_interrupted(kept, what, folder, is_all=kept == job.total)
     written = place.partial if isinstance(place, LockedFolder) and not complete else folder
     mode.report(fields, result, written, code)
     if not (mode.as_json or mode.quiet):
@@ -196,7 +202,21 @@ def locked_store(
 
     with mode.lock(folder, parts.resume, parts.name) as locked:
         identity = work_identity(parts.scenario)
-        yield locked, Store(locked.partial / parts.name, identity, parts.resume)
+        store = Store(locked.partial / parts.name, identity, parts.resume)
+        if parts.resume:
+            mode.print_status(describe_resumed(folder, parts, store))
+        yield locked, store
+
+
+def describe_resumed(folder: Path, parts: Parts, store: Store) -> str:
+    """Describe what --resume has to go on from."""
+    from drysim.wording import format_count
+
+    if not len(store):
+        return f"--resume: no finished {parts.name} in {folder}.partial, so this starts anew"
+    items, _ = parts.finished(store)
+    what = format_count(items, parts.name.removesuffix("s")) if items else f"the {parts.name}"
+    return f"--resume: goes on after {what} in {folder}.partial"
 
 
 @contextmanager

@@ -146,11 +146,21 @@ def show_warnings(warnings: Sequence[WarningMessage]) -> None:
             print_line(console, "warning: ", f"{many} of the kind {slug}: see drysim.json")
 
 
-def show_interrupted(kept: int, what: str, folder: Path) -> None:
-    """Print on stderr how much of interrupted work was kept, and how to continue."""
+def show_interrupted(kept: int, what: str, folder: Path, is_all: bool = False) -> None:
+    """Print on stderr how much of interrupted work was kept, and how to continue.
+
+    `is_all` says that nothing but the files of the result is left to do.
+    """
     console = stderr()
     if not kept:
         print_line(console, f"interrupted before any {what} was finished")
+        return
+    if is_all:
+        print_line(
+            console,
+            f"interrupted after the last of {format_count(kept, what)}: kept in "
+            f"{folder}.partial; the same command with --resume writes the result",
+        )
         return
     cases = f"{format_count(kept, f'finished {what}')} {'is' if kept == 1 else 'are'}"
     print_line(

@@ -87,6 +87,14 @@ BYTE_UNITS = {"GB": 1e9, "MB": 1e6, "kB": 1e3}
 DAMAGE = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 """What reading values of a wrong type or size raises."""
 
+FIELD_TYPES = {
+    "metrics": dict, "checks": list, "numerics": dict, "command": str, "complete": bool
+}  # fmt: skip
+"""Fields that drysim.json of every finished result has, and their types."""
+
+FIELD_WORDS = {dict: "an object", list: "a list", str: "text", bool: "true or false"}
+"""The types in words of JSON."""
+
 AGAIN_HINT = "compute the result again"
 OTHER_FOLDER_HINT = "choose another folder with --out"
 ERRNO_HINTS = {
@@ -340,6 +348,11 @@ def holds_sweep(folder: Path) -> bool:
     return any((folder / name).exists() for name in names)
 
 
+def has_report(folder: Path) -> bool:
+    """Whether an output folder holds a report that drysim wrote."""
+    return REPORT_FILE in _listed_files(_read_marker(folder)) and _exists(folder / REPORT_FILE)
+
+
 def resumable_parts(folder: Path) -> list[str]:
     """Return what interrupted work left for an output folder, as named in `STORES`."""
     return _finished_parts(sibling(resolve_name(folder), "partial"))
@@ -521,17 +534,26 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
             raise OutputError(f"{folder} is a file, not a folder", own)
         if not _exists(file):
             raise OutputError(f"{folder} is no result of drysim: it has no {MARKER}", hint)
+        if parts := _finished_parts(folder):
+            hint = _resume_hint(parts)
         if not file.is_file():  # a pipe may never end
             raise OutputError(f"{file} is not a plain file", hint)
         fields = json.loads(file.read_text(encoding="utf-8"), parse_constant=_no_number)
     except OSError as fault:
+        if isinstance(fault, FileNotFoundError) and (parts := resumable_parts(folder)):
+            sentence = f"{folder} is not finished: its parts are in {folder}.partial"
+            raise OutputError(sentence, _resume_hint(parts)) from fault
         reason = (fault.strerror or str(fault)).lower()
         raise OutputError(f"cannot read {folder}: {reason}", hint) from fault
     except (ValueError, RecursionError):
         fields = None
-    needed = {"metrics", "checks", "numerics", "command", "complete"}
-    if not isinstance(fields, dict) or not needed <= fields.keys():
+    if not isinstance(fields, dict) or not FIELD_TYPES.keys() <= fields.keys():
         raise OutputError(f"{file} has no finished result", hint)
+    for name, kinds in FIELD_TYPES.items():
+        if not isinstance(fields[name], kinds):
+            value = shorten(json.dumps(fields[name]), 40)
+            what = f"{name} is {value}, which is not {FIELD_WORDS[kinds]}"
+            raise OutputError(f"{file} is damaged: {what}", AGAIN_HINT)
     version = fields.get("format")
     if isinstance(version, int) and version < FORMAT_VERSION:
         raise OutputError(
@@ -546,6 +568,11 @@ def read_sidecar(folder: Path) -> dict[str, Any]:
             "update drysim",
         )
     return fields
+
+
+def _resume_hint(parts: Sequence[str]) -> str:
+    """Return how to finish work that left these parts."""
+    return f"finish it with its command and --resume, `drysim {STORES[parts[0]]} ... --resume`"
 
 
 @contextmanager
@@ -580,7 +607,7 @@ def add_report(folder: Path, page: str, fields: dict[str, Any]) -> None:
         As of `check_report`, and when another result has taken the place of this one.
     """
     with translate_os_errors(folder), exclusive_lock(folder, folder):
-        check_ownership(folder)
+        check_report_place(folder)
         if read_sidecar(folder) != fields:
             raise OutputError(
                 f"{folder} was replaced by another result while its report was written",
@@ -600,7 +627,7 @@ def check_report(file: Path, folder: Path) -> None:
     own = file.absolute() == (folder / REPORT_FILE).absolute()
     with translate_os_errors(file):
         if own:
-            check_ownership(folder)
+            check_report_place(folder)
         elif file.is_dir():
             raise OutputError(f"{file} is a folder", f"name a file, as {file / REPORT_FILE}")
         elif folder.resolve() in file.resolve().parents:
@@ -615,6 +642,18 @@ def check_report(file: Path, folder: Path) -> None:
             )
         if not os.access(file.parent, os.W_OK | os.X_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+
+def check_report_place(folder: Path) -> None:
+    """Raise OutputError if the folder of a result has a report that drysim did not write.
+
+    Other files of the user may lie there: a report replaces none of them.
+    """
+    if folder.is_symlink():
+        raise OutputError(f"{folder} is a symbolic link", "name the folder itself")
+    if _exists(folder / REPORT_FILE) and REPORT_FILE not in _listed_files(_read_marker(folder)):
+        sentence = f"{folder} holds {REPORT_FILE}, which drysim did not write"
+        raise OutputError(sentence, "move it away, or choose another file with --out")
 
 
 def is_report(file: Path) -> bool:

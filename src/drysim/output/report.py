@@ -58,8 +58,8 @@ SYMBOLS = ("m, k_x, b", "f_0, ξ", "F_fk", "F_fs", "x_r", "ü", "T_a")
 MAX_SCENARIO, MAX_LISTED = 100_000, 300
 """Characters of the scenario and number of files or records that the page shows."""
 
-WHY = "“Why to believe it”"
-"""The part of the page on files and numbers."""
+DAMAGED = "Not to be relied on: the files are not those that drysim wrote."
+"""Verdict on a result whose files differ from their hashes."""
 
 KEY_ROWS, DIGIT = 6, re.compile(r"\d")
 """Main results at the top of the page: those with numbers that a user asks for."""
@@ -336,7 +336,8 @@ def judge(
     if fields["warnings"]:
         reservations.append(format_count(len(fields["warnings"]), "warning"))
     objections = [note.sentence for note in notes if note.tone == BAD]
-    reservations += [f"files differ, see {WHY}"] * bool(objections)
+    if objections:
+        faults.insert(0, DAMAGED)
     lines = [*faults, *([] if sentence in faults else [sentence])]
     if reservations and not faults:
         passed = "Passed, with reservations" if checks else "No verdict, and reservations"
