@@ -146,7 +146,6 @@ def read_document(
 
     Parameters
     ----------
-    path : str or Path
     overrides : mapping or sequence of str
         Values by dotted key, or `KEY=VALUE` words.
     dotted_blocks : collection of str
@@ -333,20 +332,9 @@ def parse_scalar(text: str) -> object:
 
 
 def parse(text: str, locator: Locator) -> tuple[Node | None, tuple[Problem, ...]]:
-    """Build the tree of a YAML text.
+    """Return the tree of a YAML text, and the errors that do not prevent building it.
 
-    Parameters
-    ----------
-    text : str
-    locator : Locator
-        Returns the location between two positions of the text.
-
-    Returns
-    -------
-    tree : Node or None
-        None if the text is empty.
-    problems : tuple of Problem
-        Errors that do not prevent building the tree.
+    The tree of an empty text is None.
 
     Raises
     ------

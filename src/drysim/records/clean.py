@@ -113,11 +113,8 @@ def fit_grid(
 
     Parameters
     ----------
-    times : PrintedTimes
-    columns : Columns
-        The file, for error messages.
-    index : int
-        0-based column of the times.
+    columns, index
+        The file and the 0-based column of the times, for error messages.
     may_jitter : bool, optional
         Whether uneven times are accepted, because the record is going to be resampled.
     fill : {'line', 'spline'}, optional
@@ -171,9 +168,9 @@ def _backward_error(t: Floats, row: int, columns: Columns, index: int) -> Record
         row = int(falls[0])
     what = f"from {t[row - 1]:.12g} to {t[row]:.12g}"
     if t[row] == t[row - 1]:
-        remedy = _describe_pause(t, columns, index) or POOR_TIMES_HINT
+        remedy = _describe_pause(t, columns) or POOR_TIMES_HINT
         return columns.at(row, index, f"time repeats: {what}; {remedy}")
-    sentence, line = f"time decreases: {what}", columns.at(row, index, "").problem.line
+    sentence, line = f"time decreases: {what}", columns.line_of(row)
     if len(falls) > 1:
         sentence += f", the first of {len(falls)} such rows"
     if not line:
@@ -191,7 +188,7 @@ def _backward_error(t: Floats, row: int, columns: Columns, index: int) -> Record
     return columns.at(row, index, f"{sentence}: {remedy}")
 
 
-def _describe_pause(t: Floats, columns: Columns, index: int) -> str:
+def _describe_pause(t: Floats, columns: Columns) -> str:
     """Return where a clock of few digits, whose times repeat, has the longest pause.
 
     Empty if each of its steps has about as many rows as it lasts.
@@ -206,11 +203,11 @@ def _describe_pause(t: Floats, columns: Columns, index: int) -> str:
     if lost[k] <= max(MIN_LOST, LOST_SHARE * float(np.median(counts))):
         return ""
     row = int(changes[k + 1])
-    line = columns.at(row, index, "").problem.line
+    line = columns.line_of(row)
     part = f", such as `rows: {{from: {line}}}`," if line else ""
     return (
         f"it goes from {t[row - 1]:.12g} to {t[row]:.12g} before "
-        f"{f'row {line}' if line else f'sample {row + 1}'}, where about "
+        f"{columns.describe_row(row)}, where about "
         f"{format_count(round(float(lost[k])), 'sample')} are missing: read one part{part} "
         "with `rate` instead of `time`"
     )
@@ -404,10 +401,8 @@ def fill_gaps(
         None makes every gap in the window an error.
     window : Window or None
         The part that is going to be used.
-    columns : Columns
-        The file, for error messages.
-    index : int
-        0-based column of the samples.
+    columns, index
+        The file and the 0-based column of the samples, for error messages.
     unit : str
         SI unit of the samples.
 
@@ -595,19 +590,10 @@ def resampling_grid(
 ) -> ResamplingGrid:
     """Return the grid onto which a record is interpolated; it is at least as fine as its own.
 
-    Parameters
-    ----------
-    wanted : Resample
-    removal : Removal
-        Contains the low-pass.
-    grid : TimeGrid
-        Grid of the record.
-    display_path : str
-
     Raises
     ------
     RecordError
-        If the rate is reduced without a sufficient low-pass (aliasing).
+        If the rate is reduced without a sufficient low-pass in `removal` (aliasing).
     """
     step = wanted.step or 1 / (wanted.rate or 1.0)
     same = STEP_TOLERANCE if grid.spread is None else UNEVEN_STEP_TOLERANCE
@@ -677,17 +663,7 @@ class Filtered(NamedTuple):
 def remove(
     series: Series, wanted: Removal, unit: str, display_path: str, ends: Extension = "even"
 ) -> Filtered:
-    """Subtract a trend and apply low-pass and high-pass.
-
-    Parameters
-    ----------
-    series : Series
-    wanted : Removal
-    unit : str
-        SI unit of the samples.
-    display_path : str
-    ends : {'even', 'odd'}, optional
-        As in `high_pass`.
+    """Subtract a trend and apply low-pass and high-pass; `ends` as in `high_pass`.
 
     Raises
     ------

@@ -387,15 +387,7 @@ class Columns:
         return len(self.labels)
 
     def numbers(self, wanted: list[int], gap_column: int | None = None) -> list[Signal]:
-        """Return columns as finite numbers, NaN where a sample of `gap_column` is missing.
-
-        Parameters
-        ----------
-        wanted : list of int
-            0-based columns.
-        gap_column : int, optional
-            Column in which samples may be missing.
-        """
+        """Return columns as finite numbers, NaN where a sample of `gap_column` is missing."""
         raise NotImplementedError
 
     def with_times(
@@ -418,6 +410,15 @@ class Columns:
     def at(self, row: int, index: int, sentence: str) -> RecordError:
         """Return the error at a 0-based row of a column."""
         raise NotImplementedError
+
+    def line_of(self, row: int) -> int:
+        """Return the 1-based line of a 0-based row of a text file; 0 in other files."""
+        return 0
+
+    def describe_row(self, row: int) -> str:
+        """Return a 0-based row as messages show it."""
+        line = self.line_of(row)
+        return f"row {line}" if line else f"sample {row + 1}"
 
     def error(self, sentence: str, index: int | None = None) -> RecordError:
         """Return the error for the whole file, or for one column."""
@@ -675,7 +676,6 @@ def data_column(columns: Columns, wanted: str | int | None, time: int | None) ->
 
     Parameters
     ----------
-    columns : Columns
     wanted : str, int or None
         Name or 1-based number; None where the file has only one.
     time : int or None
@@ -709,9 +709,6 @@ def column_factor(
 
     Parameters
     ----------
-    columns : Columns
-    index : int
-        0-based column.
     unit, full_scale : str or None
         As in the scenario.
     quantity : str
@@ -769,13 +766,7 @@ UNIT_OF_VALUES = {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "d": cl
 def time_factor(columns: Columns, index: int, unit: str = "") -> float | None:
     """Return the factor from a column of times to seconds; None without a unit.
 
-    Parameters
-    ----------
-    columns : Columns
-    index : int
-        0-based column.
-    unit : str, optional
-        As in the scenario.
+    `unit` is that in the scenario, empty without one.
 
     Raises
     ------

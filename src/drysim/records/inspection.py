@@ -43,6 +43,7 @@ from drysim.records.columns import (
 )
 from drysim.records.formats import open_with_format
 from drysim.records.layout import (
+    MAX_LISTED,
     Statement,
     describe_across,
     describe_labels,
@@ -91,9 +92,6 @@ SHORT_GAP = 0.05
 PERIODS_OF_HIGH_PASS = 10
 """A high-pass is proposed for records of at least this many of its periods: within one period
 of either end its output depends on how the record is continued."""
-
-MAX_LISTED = 8
-"""Columns that a reason names."""
 
 MIN_ROWS = 2
 """Rows from which a time step follows."""
@@ -438,7 +436,7 @@ def _propose_time_column(columns: Columns, column: int) -> Times:
         steps = np.diff(t)
         row = int(steps.argmax()) + 1
         if steps[row - 1] > MIN_GAP_STEPS * step:
-            reason += f"; by {steps[row - 1]:.6g} before {_name_row(columns, row, column)}"
+            reason += f"; by {steps[row - 1]:.6g} before {columns.describe_row(row)}"
         proposals = [
             Proposal("time", key, f"{t[0]:.12g} to {t[-1]:.12g}"),
             Proposal("time_unit", None, reason),
@@ -465,12 +463,6 @@ def _describe_span(columns: Columns, column: int, times: PrintedTimes, is_clock:
         begin = datetime.fromtimestamp(float(t[0]) * times.second, UTC)
         return f"{of_values} since 1970, from {begin:%Y-%m-%d %H:%M:%S} UTC"
     return f"{t[0]:.6g} to {t[-1]:.6g} s, taken as seconds"
-
-
-def _name_row(columns: Columns, row: int, column: int) -> str:
-    """Return a 0-based row as messages show it."""
-    line = columns.at(row, column, "").problem.line
-    return f"row {line}" if line else f"sample {row + 1}"
 
 
 def _rate_of_rows(times: PrintedTimes) -> float | None:
@@ -674,7 +666,7 @@ def _propose_without_padding(
     first, last = int(there[before]), int(there[len(there) - 1 - after])
     rows = {"from": first} if before else {}
     rows |= {"to": last} if after else {}
-    at = {key: columns.at(row, summary.column, "").problem.line for key, row in rows.items()}
+    at = {key: columns.line_of(row) for key, row in rows.items()}
     reason = (
         f"{summary.level.words_of_padding}, and the mean without them is "
         f"{summary.level.rest:.4g} {summary.unit}".rstrip()
@@ -703,7 +695,7 @@ def _propose_clean_up(
         if longest > MIN_GAP_STEPS * grid.dt:
             at_most = ceil(min(longest, SHORT_GAP) * 1e3 * (1 - 1e-9))
             gaps = {"fill": "spline", "at_most": f"{at_most} ms"}
-            row = _name_row(columns, int(rows[int(steps.argmax()) + 1]), summary.column)
+            row = columns.describe_row(int(rows[int(steps.argmax()) + 1]))
             reason = f"the longest gap, before {row}, lasts {format_number(longest, 's')}"
             if is_long := longest > SHORT_GAP:
                 reason += (

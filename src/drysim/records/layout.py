@@ -40,7 +40,7 @@ from drysim.yaml_document import dump
 
 
 MAX_LISTED = 8
-"""Labels that a message lists."""
+"""Labels or columns that a message lists."""
 
 MAX_SENSORS = 32
 """Labels that may be those of sensors in turn."""

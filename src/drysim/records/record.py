@@ -87,18 +87,9 @@ class CleanedRecord(NamedTuple):
 
 
 def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
-    """Read the base acceleration of a record.
+    """Return the base acceleration of a record; `ends` as in `high_pass`.
 
-    Parameters
-    ----------
-    record : RecordedMotion
-    ends : {'even', 'odd'}, optional
-        Extension of the ends for the high-pass, as in `high_pass`.
-
-    Returns
-    -------
-    Samples
-        Base acceleration, with displacement, reports and warnings where there are any.
+    It has displacement, reports and warnings where there are any.
 
     Raises
     ------

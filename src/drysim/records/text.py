@@ -544,6 +544,10 @@ class TextTable(Columns):
         where = f"row {line}, {self.describe_column(index)}"
         return self.file.error(f"{where}: {sentence}", line, cells[index] if cells else None)
 
+    def line_of(self, row: int) -> int:
+        """Return the 1-based line of a 0-based row of numbers."""
+        return next(islice(self.rows(), row, None))[0]
+
     def ragged(self, line: int, cells: int) -> RecordError:
         """Return the error for a row with a wrong number of cells."""
         for number, _, text in content_lines(self.file, self.start, self.line):

@@ -284,14 +284,8 @@ def interpolation_warnings(
 ) -> Iterator[WarningMessage]:
     """Warn if linear or spline interpolation loses more than 1 % of RMS{ü}.
 
-    Parameters
-    ----------
-    record : RecordedMotion
-    motion : Samples
-    rms : float
-        RMS of the samples of ü about the mean [m/s²].
-    file_spacing : float
-        Time step of the file [s]; the mean for uneven times.
+    `rms` is that of the samples of ü about the mean [m/s²], `file_spacing` the time step of the
+    file [s], the mean for uneven times.
     """
     if len(motion.u_dd) < MIN_SAMPLES:
         return

@@ -259,10 +259,7 @@ class Scenario(FromFile):
     def at(self, point: Point) -> "Scenario":
         """Return the case at a point of the sweep, a scenario without sweep.
 
-        Parameters
-        ----------
-        point : mapping
-            Values in SI by dotted key; other keys keep their values.
+        The point has values in SI by dotted key; other keys keep their values.
 
         Raises
         ------
@@ -374,18 +371,10 @@ class Scenario(FromFile):
         return tuple(whose(self, label))
 
     def resolved(self, relative_to: Path | None = None) -> dict[str, Any]:
-        """Return the scenario as plain values in SI, with defaults filled in.
+        """Return the scenario as plain values in SI: those of a file with the same result.
 
-        Parameters
-        ----------
-        relative_to : Path, optional
-            Folder that paths of records are made relative to; default: the folder of this
-            scenario.
-
-        Returns
-        -------
-        dict
-            A scenario file with the same result.
+        Paths of records are relative to the folder `relative_to`; default: that of this
+        scenario.
         """
         words = self.model_dump(by_alias=True, exclude_none=True, mode="json")
         words["excitation"] = {"kind": self.excitation.kind} | words["excitation"]

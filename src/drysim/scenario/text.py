@@ -178,7 +178,6 @@ def describe_scene(
 
     Parameters
     ----------
-    scenario : Scenario
     plant, swept
         As in `describe_oscillator`.
     law : AnyLaw
@@ -214,7 +213,6 @@ def describe_oscillator(
 
     Parameters
     ----------
-    plant : Plant
     swept : collection of str, optional
         Dotted keys that vary; what they determine is omitted.
     ratios : mapping, optional
@@ -266,16 +264,13 @@ def describe_friction(
 
     Parameters
     ----------
-    law : AnyLaw
     defaulted : bool, optional
         Whether the static limit is the default.
     kinetic, static : bool, optional
         Whether all cases have the same force; otherwise it is omitted.
     terms : sequence of str, optional
         Name of a law other than Coulomb, followed by its further parameters.
-    swept : collection of str, optional
-        As in `describe_oscillator`.
-    ratios : mapping, optional
+    swept, ratios
         As in `describe_oscillator`.
     """
     if not has_friction(law) and kinetic and static:
