@@ -92,13 +92,13 @@ def fault(scenario):
 @pytest.mark.parametrize("kind", ["latin", "sobol", "uniform"])
 def test_point_of_a_design_is_known_by_its_number_alone(kind):
     design = Design(kind, 10_000, 3, 5)
-    whole = design.at(np.arange(10_000))
+    whole = design.take(np.arange(10_000))
     some = np.array([9_999, 3, 4, 4096, 3])
-    assert np.array_equal(design.at(some), whole[some])
+    assert np.array_equal(design.take(some), whole[some])
     assert whole.min() >= 0
     assert whole.max() < 1
     assert abs(whole.mean(axis=0) - 0.5).max() < 0.02
-    assert not np.array_equal(Design(kind, 10_000, 3, 6).at(some), whole[some])
+    assert not np.array_equal(Design(kind, 10_000, 3, 6).take(some), whole[some])
 
 
 @pytest.mark.parametrize(("dimensions", "count"), [(1, 16), (3, 1000), (7, 4096)])
@@ -106,13 +106,13 @@ def test_point_of_a_design_is_known_by_its_number_alone(kind):
 def test_sobol_design_is_that_of_scipy(dimensions, count):
     word = "rng" if "rng" in signature(stats.qmc.Sobol).parameters else "seed"
     engine = stats.qmc.Sobol(dimensions, **{word: np.random.default_rng(3)})
-    points = Design("sobol", count, dimensions, 3).at(np.arange(count))
+    points = Design("sobol", count, dimensions, 3).take(np.arange(count))
     assert np.array_equal(points, engine.random(count))
 
 
 @pytest.mark.parametrize("count", [1, 2, 7, 1000, 4097])
 def test_latin_design_has_one_point_in_every_layer(count):
-    layers = np.floor(Design("latin", count, 4, 1).at(np.arange(count)) * count)
+    layers = np.floor(Design("latin", count, 4, 1).take(np.arange(count)) * count)
     for column in layers.T:
         assert sorted(column.tolist()) == list(range(count))
     if count > 100:
@@ -297,7 +297,9 @@ def test_schema_knows_samples_and_zips():
 @pytest.mark.parametrize("kind", ["latin", "sobol", "uniform"])
 def test_values_of_a_sample_in_order_are_those_by_number(scenario, kind):
     for axis in scenario({"sample": SAMPLE | {"kind": kind}}).sweep:
-        assert list(axis.values) == pytest.approx([*map(axis.values.one, range(40))], rel=1e-15)
+        assert list(axis.values) == pytest.approx(
+            [*map(axis.values.item, range(40))], rel=1e-15
+        )
 
 
 def test_extremes_of_a_sample_are_its_least_and_greatest_values(scenario):
@@ -313,8 +315,8 @@ def test_extremes_of_a_sample_are_its_least_and_greatest_values(scenario):
 def test_draws_of_a_sample_do_not_multiply_with_its_cases(scenario, monkeypatch):
     """Every value alone had redrawn all keys: minutes for 5,000 cases of 7 keys."""
     drawn = []
-    at = Design.at
-    monkeypatch.setattr(Design, "at", lambda *given: drawn.append(1) or at(*given))
+    take = Design.take
+    monkeypatch.setattr(Design, "take", lambda *given: drawn.append(1) or take(*given))
     counts = []
     for count in (20, 200):
         drawn.clear()

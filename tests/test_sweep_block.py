@@ -680,6 +680,6 @@ def test_columns_of_a_long_axis_are_its_values(scenario, words):
     values = axis.values
     numbers = np.random.default_rng(1).integers(len(values), size=3000)
     numbers[:3] = 0, len(values) - 1, len(values) - 2
-    column = axis.at(numbers)
+    column = axis.take(numbers)
     assert column.dtype == float
     assert column.tolist() == [values[i] for i in numbers.tolist()]

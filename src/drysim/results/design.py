@@ -408,7 +408,7 @@ def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
         }
 
     found = {
-        "vary": {one.key: {**one.words, "unit": one.unit} for one in result.design.vary},
+        "vary": {one.key: {**one.entry, "unit": one.unit} for one in result.design.vary},
         "minimise": list(names),
         "within": [str(limit) for limit in result.limits],
         "shown": result.shown_name,

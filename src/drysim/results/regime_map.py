@@ -156,7 +156,7 @@ def map_fields(result: RegimeMap, provenance: Provenance) -> Fields:
     }
     found = {
         "axes": [
-            {"key": axis.key, "unit": axis.unit, **axis.words, "count": count}
+            {"key": axis.key, "unit": axis.unit, **axis.entry, "count": count}
             for axis, count in zip(result.axes, result.grid, strict=True)
         ],
         "regimes": result.regimes,

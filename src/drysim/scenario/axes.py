@@ -95,7 +95,7 @@ class KeyRange(NamedTuple):
         return Uniform(self.low, self.high, self.is_log).describe(format_unit(self.unit))
 
     @property
-    def words(self) -> dict[str, Any]:
+    def entry(self) -> dict[str, Any]:
         """The range as a file writes it, in SI."""
         scale = "log" if self.is_log else "linear"
         return {"from": self.low, "to": self.high, "scale": scale}
@@ -111,7 +111,7 @@ class Axis:
     """SI unit as in table headers, such as m/s2; `-` for a dimensionless value."""
     values: Sequence[Any]
     """Values in sweep order and in SI; integers for integer keys, text for files."""
-    words: Any = field(default=None, compare=False, repr=False)
+    entry: Any = field(default=None, compare=False, repr=False)
     """The values as a scenario file writes them: a list, or from, to and step or count."""
     group: str = ""
     """Identifier of the zip, sample or `srs` it belongs to; empty for a single axis."""
@@ -123,15 +123,15 @@ class Axis:
     @property
     def range(self) -> KeyRange:
         """Range of its values, which are numbers; a list has a linear one."""
-        if isinstance(self.words, Mapping):
-            is_log = self.words.get("scale") == "log"
+        if isinstance(self.entry, Mapping):
+            is_log = self.entry.get("scale") == "log"
             return KeyRange(self.key, self.unit, self.values[0], self.values[-1], is_log)
         return KeyRange(self.key, self.unit, min(self.values), max(self.values))
 
-    def at(self, numbers: NDArray[np.int64]) -> NDArray[Any]:
+    def take(self, numbers: NDArray[np.int64]) -> NDArray[Any]:
         """Return values by index."""
         if isinstance(self.values, EvenlySpaced):
-            return self.values.at(numbers)
+            return self.values.take(numbers)
         return self.column[numbers]
 
     @cached_property
@@ -189,12 +189,12 @@ def point_columns(axes: Sequence[Axis], begin: int, end: int) -> dict[str, NDArr
     for group in axis_groups(axes):
         left, numbers = np.divmod(left, len(group[0].values))
         drawn = group[0].values
-        shares = drawn.design.at(numbers) if isinstance(drawn, SampledValues) else None
+        shares = drawn.design.take(numbers) if isinstance(drawn, SampledValues) else None
         for axis in group:
             if shares is not None and isinstance(axis.values, SampledValues):
                 columns[axis.key] = axis.values.of(shares)
             else:
-                columns[axis.key] = axis.at(numbers)
+                columns[axis.key] = axis.take(numbers)
     return columns
 
 
@@ -215,24 +215,24 @@ def iter_points(axes: Sequence[Axis]) -> Iterator[dict[str, Any]]:
 
 def sweep_to_dict(axes: Sequence[Axis]) -> dict[str, Any]:
     """Return the sweep block as plain values in SI."""
-    words: dict[str, Any] = {}
+    block: dict[str, Any] = {}
     for axis in axes:
         kind, _, which = axis.group.partition(".")
         if not kind:
-            words[axis.key] = axis.words
+            block[axis.key] = axis.entry
         elif kind == SAMPLE_KEY:
-            head, law = axis.words
-            words.setdefault(SAMPLE_KEY, {**head, "over": {}})["over"][axis.key] = law
+            head, law = axis.entry
+            block.setdefault(SAMPLE_KEY, {**head, "over": {}})["over"][axis.key] = law
         elif kind == SRS_KEY:
-            words[SRS_KEY] = axis.words
+            block[SRS_KEY] = axis.entry
         elif not which:
-            words.setdefault(ZIP_KEY, {})[axis.key] = axis.words
+            block.setdefault(ZIP_KEY, {})[axis.key] = axis.entry
         else:
-            several = words.setdefault(ZIP_KEY, [])
+            several = block.setdefault(ZIP_KEY, [])
             if len(several) == int(which):
                 several.append({})
-            several[-1][axis.key] = axis.words
-    return words
+            several[-1][axis.key] = axis.entry
+    return block
 
 
 # Evenly spaced values: each is the double closest to the decimal number meant
@@ -281,7 +281,7 @@ class EvenlySpaced(LazySequence[float]):
         """Return the number of values."""
         return self.steps + 1
 
-    def one(self, number: int) -> float:
+    def item(self, number: int) -> float:
         """Return a value by index."""
         if number in (0, self.steps):
             return self.high if number else self.low
@@ -291,7 +291,7 @@ class EvenlySpaced(LazySequence[float]):
         low, ratio = self._logarithms
         return float(_DECIMAL_CONTEXT.exp(_DECIMAL_CONTEXT.fma(ratio, number, low)))
 
-    def at(self, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
+    def take(self, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return values by index."""
         if self.fraction is not None:
             first, width, common = self.fraction
@@ -299,8 +299,8 @@ class EvenlySpaced(LazySequence[float]):
                 inner = (first + width * numbers) / common
                 ends = [numbers == 0, numbers == self.steps]
                 return np.select(ends, [self.low, self.high], inner)
-        found, back = np.unique(numbers, return_inverse=True)
-        return np.array([self.one(i) for i in found.tolist()])[back.ravel()]
+        distinct, back = np.unique(numbers, return_inverse=True)
+        return np.array([self.item(i) for i in distinct.tolist()])[back.ravel()]
 
     @cached_property
     def _logarithms(self) -> tuple[Decimal, Decimal]:

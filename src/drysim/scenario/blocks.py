@@ -527,12 +527,12 @@ class FromFile(Block):
         """Cache of modified blocks, by the swept values in them."""
         return self._block_cache
 
-    def copy_with(self, changed: Mapping[str, Any], law: str = "") -> Self:
+    def copy_with(self, fields: Mapping[str, Any], law: str = "") -> Self:
         """Return a copy with some fields replaced by valid values, without validation.
 
         `law` is the friction law used in a comparison instead of that of the file.
         """
-        copy = self.model_copy(update=changed)
+        copy = self.model_copy(update=fields)
         copy._block_cache = {}
         copy._compared_law = law or self._compared_law
         return copy

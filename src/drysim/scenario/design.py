@@ -113,7 +113,7 @@ class Design(Block):
     vary: Annotated[
         tuple[KeyRange, ...],
         PlainValidator(_require_vary),
-        PlainSerializer(lambda found: {one.key: one.words for one in found}),
+        PlainSerializer(lambda ranges: {axis.key: axis.entry for axis in ranges}),
         DottedKeysSchema(VaryRange),
     ]
     """Keys to choose: dotted keys of this file, each with from and to."""
@@ -131,7 +131,7 @@ class Design(Block):
         Annotated[
             Conditions,
             PlainValidator(_require_conditions),
-            PlainSerializer(lambda found: sweep_to_dict(found.axes) | {TAKE_KEY: found.take}),
+            PlainSerializer(lambda over: sweep_to_dict(over.axes) | {TAKE_KEY: over.take}),
             WithJsonSchema(_OVER_SCHEMA),
         ]
         | None
@@ -152,7 +152,7 @@ class Design(Block):
             if check.conditions:
                 rule = "has a condition, but limits hold for every design"
                 raise InvalidValue(f"{rule}; remove `at`", "within", i)
-        varied = {one.key for one in self.vary}
+        varied = {key_range.key for key_range in self.vary}
         for axis in self.conditions.axes:
             if axis.key in varied:
                 raise InvalidValue("is varied as well; remove one of them", "over", axis.key)

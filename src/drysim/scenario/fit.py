@@ -225,9 +225,9 @@ class MeasuredResponse(InFile):
     def record(self, name: str) -> ChannelRecord:
         """Return a channel as a record."""
         shared = self.model_dump(by_alias=True, exclude_none=True, exclude={*CHANNELS, "delay"})
-        own = getattr(self, name).model_dump(exclude_none=True)
+        channel = getattr(self, name).model_dump(exclude_none=True)
         return ChannelRecord.model_validate(
-            {**shared, **own, "quantity": CHANNELS[name]}, context={"folder": self._folder}
+            {**shared, **channel, "quantity": CHANNELS[name]}, context={"folder": self._folder}
         )
 
 
@@ -248,8 +248,10 @@ def _validate_free(value: object) -> dict[str, FreeKey]:
     """Return the free keys; `read_free` has read their values."""
     if isinstance(value, Mapping) and value:
         return {
-            key: words if isinstance(words, FreeKey) else FreeKey(*map(words.get, FREE_WORDS))
-            for key, words in value.items()
+            key: options
+            if isinstance(options, FreeKey)
+            else FreeKey(*map(options.get, FREE_WORDS))
+            for key, options in value.items()
         }
     raise ValueError("must be keys such as `friction.kinetic: {}`")
 
@@ -257,8 +259,8 @@ def _validate_free(value: object) -> dict[str, FreeKey]:
 def _free_words(free: Mapping[str, FreeKey]) -> dict[str, dict[str, float]]:
     """Return the free keys as a file writes them."""
     return {
-        key: {word: v for word, v in zip(FREE_WORDS, one, strict=True) if v is not None}
-        for key, one in free.items()
+        key: {word: v for word, v in zip(FREE_WORDS, free_key, strict=True) if v is not None}
+        for key, free_key in free.items()
     }
 
 
@@ -313,14 +315,14 @@ class Fit(Block):
 # Reading from a file
 
 
-def with_placeholders(words: Mapping[str, Any]) -> dict[str, Any]:
+def with_placeholders(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return a document with a value for each free key that has none."""
-    filled = dict(words)
-    free = get_block(get_block(words, FIT_KEY), "free")
-    for key in missing_values(words):
+    filled = dict(document)
+    free = get_block(get_block(document, FIT_KEY), "free")
+    for key in missing_values(document):
         block, _, name = key.partition(".")
         options = free[key] if isinstance(free[key], Mapping) else {}
-        if not isinstance(words.get(block, {}), Mapping):
+        if not isinstance(document.get(block, {}), Mapping):
             continue  # reported elsewhere
         least = 0 if block == "start" else 1
         given = (options[word] for word in ("start", "to", "from") if word in options)
@@ -331,36 +333,36 @@ def with_placeholders(words: Mapping[str, Any]) -> dict[str, Any]:
     return filled
 
 
-def missing_values(words: Mapping[str, Any]) -> list[str]:
+def missing_values(document: Mapping[str, Any]) -> list[str]:
     """Return the free keys without a value in a document."""
-    free = get_block(get_block(words, FIT_KEY), "free")
+    free = get_block(get_block(document, FIT_KEY), "free")
     fitted = [str(key) for key in free if str(key).partition(".")[0] in FITTED_BLOCKS]
     return [
         key
         for key in fitted
-        if "." in key and not key.startswith("measured.") and not _has(words, key)
+        if "." in key and not key.startswith("measured.") and not _has(document, key)
     ]
 
 
-def unstated_start(words: Mapping[str, Any]) -> list[str]:
+def unstated_start(document: Mapping[str, Any]) -> list[str]:
     """Return the keys of the start state that a document neither gives nor fits.
 
     A fit finds out whether the record begins at rest, as other commands would take it.
     """
-    free = get_block(get_block(words, FIT_KEY), "free")
-    return [key for key in START_KEYS if key not in free and not _has(words, key)]
+    free = get_block(get_block(document, FIT_KEY), "free")
+    return [key for key in START_KEYS if key not in free and not _has(document, key)]
 
 
-def _has(words: Any, key: str) -> bool:
+def _has(document: Any, key: str) -> bool:
     """Return whether a document has a value at a dotted key."""
     for name in key.split("."):
-        if isinstance(words, list) and name.isdecimal() and int(name) < len(words):
-            words = words[int(name)]
-        elif isinstance(words, Mapping) and name in words:
-            words = words[name]
+        if isinstance(document, list) and name.isdecimal() and int(name) < len(document):
+            document = document[int(name)]
+        elif isinstance(document, Mapping) and name in document:
+            document = document[name]
         else:
             return False
-    return words is not None
+    return document is not None
 
 
 def _with_default(block: Any, steps: list[str], value: object) -> Any:
@@ -383,9 +385,9 @@ def without_value(block: Any, steps: list[str]) -> Any:
 
 def read_free(reading: Reading) -> dict[str, dict[str, float]]:
     """Return the free keys of a document with their values in SI; note their faults."""
-    at = (FIT_KEY, "free")
-    free = get_block(get_block(reading.words, FIT_KEY), "free")
-    numeric = numeric_keys(reading.model, reading.words)
+    path = (FIT_KEY, "free")
+    free = get_block(get_block(reading.values, FIT_KEY), "free")
+    numeric = numeric_keys(reading.model, reading.values)
     known = {
         **numeric,
         DELAY_KEY: NumericKey(Quantity("s"), float, None, {}, False),
@@ -394,13 +396,13 @@ def read_free(reading: Reading) -> dict[str, dict[str, float]]:
     # What an unknown key may be; nobody fits how a file is read.
     fitted = [
         key
-        for key, one in numeric.items()
-        if one and key.partition(".")[0] in FITTED_BLOCKS and "normal_record" not in key
+        for key, numeric_key in numeric.items()
+        if numeric_key and key.partition(".")[0] in FITTED_BLOCKS and "normal_record" not in key
     ]
     fitted += [DELAY_KEY, OFFSET_KEY]
     # The options of all other laws would be too many to list.
     listed = ", ".join(key for key in fitted if key.split(".")[1] not in LAWS)
-    found = {}
+    options_by_key = {}
     for key, options in free.items():
         sentence = ""
         if key not in known:
@@ -415,45 +417,47 @@ def read_free(reading: Reading) -> dict[str, dict[str, float]]:
         elif key.partition(".")[0] not in FITTED_BLOCKS:
             sentence = f"{key} cannot be fitted, only keys of {join_words(FITTED_BLOCKS, 'or')}"
         if sentence:
-            reading.fault(sentence, (*at, key), at_key=True)
+            reading.fault(sentence, (*path, key), at_key=True)
         elif isinstance(options, Mapping):
-            found[key] = _read_options(reading, known[key], options, (*at, key))
+            options_by_key[key] = _read_options(reading, known[key], options, (*path, key))
         else:
             form = f"a block of {', '.join(FREE_WORDS)}, or {{}}"
-            reading.report_value(f"must be {form}, not {format_value(options)}", (*at, key))
-    if free and not found:
-        reading.reported.add(at)  # an empty block would be reported again
+            reading.report_value(f"must be {form}, not {format_value(options)}", (*path, key))
+    if free and not options_by_key:
+        reading.reported.add(path)  # an empty block would be reported again
     # Of a placeholder nothing else is said.
     missing = {key: tuple(key.split(".")) for key in missing_values(reading.document.value)}
     faulty = {
-        key for key in missing if any(path[:3] == (*at, key) for path in reading.reported)
+        key
+        for key in missing
+        if any(reported[:3] == (*path, key) for reported in reading.reported)
     }
-    reading.problems[:] = [one for one in reading.problems if one.key not in faulty]
+    reading.problems[:] = [problem for problem in reading.problems if problem.key not in faulty]
     reading.reported |= {missing[key] for key in faulty}
-    return found
+    return options_by_key
 
 
 def _read_options(
-    reading: Reading, known: Any, options: Mapping[str, Any], at: tuple[str, ...]
+    reading: Reading, numeric_key: Any, options: Mapping[str, Any], path: tuple[str, ...]
 ) -> dict[str, float]:
     """Return start and bounds of a free key in SI; note their faults."""
     values: dict[str, float] = {}
     for word, value in options.items():
-        if word not in FREE_WORDS or known is None:
-            use = f"use {', '.join(FREE_WORDS)}" if known is not None else "write {}"
-            sentence = f"unknown key {format_value(word)} in {dotted_name(at)}; {use}"
-            reading.fault(sentence, (*at, word), at_key=True)
+        if word not in FREE_WORDS or numeric_key is None:
+            use = f"use {', '.join(FREE_WORDS)}" if numeric_key is not None else "write {}"
+            sentence = f"unknown key {format_value(word)} in {dotted_name(path)}; {use}"
+            reading.fault(sentence, (*path, word), at_key=True)
             continue
-        with reading.reporting((*at, word)):
-            values[word] = known.read(value)
+        with reading.reporting((*path, word)):
+            values[word] = numeric_key.read(value)
     low, high = values.get("from", -inf), values.get("to", inf)
-    least, most = known.quantity.ends if known is not None else (-inf, inf)
+    least, most = numeric_key.quantity.ends if numeric_key is not None else (-inf, inf)
     if not low < high:
-        reading.report_value(f"must be above `from`, {low:.12g}", (*at, "to"))
+        reading.report_value(f"must be above `from`, {low:.12g}", (*path, "to"))
     elif not low < most:
-        reading.report_value(f"must be below {most:.12g}, the largest value", (*at, "from"))
+        reading.report_value(f"must be below {most:.12g}, the largest value", (*path, "from"))
     elif not least < high:
-        reading.report_value(f"must be above {least:.12g}, the smallest value", (*at, "to"))
+        reading.report_value(f"must be above {least:.12g}, the smallest value", (*path, "to"))
     elif not low <= values.get("start", low) <= high:
-        reading.report_value("must lie between `from` and `to`", (*at, "start"))
+        reading.report_value("must lie between `from` and `to`", (*path, "start"))
     return values

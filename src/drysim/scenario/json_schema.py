@@ -49,7 +49,7 @@ def _law_option_models() -> dict[str, type[Block]]:
         friction=(friction | None, Field(None, discriminator=LAW_KEY)),
     )
     made: tuple[Any, ...] = (scenario, *members, *options.values())
-    return {one.__name__: one for one in made}
+    return {block.__name__: block for block in made}
 
 
 def _law_with_options(
@@ -107,19 +107,19 @@ class _SchemaGenerator(GenerateJsonSchema):
 
 def scenario_schema() -> dict[str, Any]:
     """Return the JSON schema, with the names of approaches and metrics filled in."""
-    words = scenario_with_law_options().model_json_schema(schema_generator=_SchemaGenerator)
-    words["title"] = "drysim scenario"
-    words["properties"]["drysim"]["const"] = FORMAT_VERSION
-    words["$defs"]["Solver"]["properties"]["approach"]["enum"] = list(APPROACHES_BY_NAME)
+    schema = scenario_with_law_options().model_json_schema(schema_generator=_SchemaGenerator)
+    schema["title"] = "drysim scenario"
+    schema["properties"]["drysim"]["const"] = FORMAT_VERSION
+    schema["$defs"]["Solver"]["properties"]["approach"]["enum"] = list(APPROACHES_BY_NAME)
     for member in APPROACHES_BY_NAME.values():
-        options = words["$defs"].get(member.__name__, {"properties": {}})
+        options = schema["$defs"].get(member.__name__, {"properties": {}})
         options["properties"].pop("approach", None)  # given by the key of the block
     for law in LAWS.values():
-        words["$defs"][f"{law.__name__}Options"]["properties"].pop(LAW_KEY)
-    words["$defs"][LAWS[DEFAULT_LAW].__name__]["required"].remove(LAW_KEY)
-    words["$defs"]["Until"]["properties"]["metric"]["enum"] = [
+        schema["$defs"][f"{law.__name__}Options"]["properties"].pop(LAW_KEY)
+    schema["$defs"][LAWS[DEFAULT_LAW].__name__]["required"].remove(LAW_KEY)
+    schema["$defs"]["Until"]["properties"]["metric"]["enum"] = [
         metric.name for metric in METRICS if metric.name != "closure"
     ]
-    del words["$defs"]["Measure"]["properties"]["steady"]["default"]
-    del words["properties"]["sweep"]["default"]  # no sweep: the block is absent
-    return {"$schema": DIALECT} | words
+    del schema["$defs"]["Measure"]["properties"]["steady"]["default"]
+    del schema["properties"]["sweep"]["default"]  # no sweep: the block is absent
+    return {"$schema": DIALECT} | schema

@@ -40,9 +40,9 @@ def discriminator(model: Model) -> tuple[str, str] | None:
     """Return the tag key of a model in a union and its value; None if it has none."""
     for key in TAG_KEYS:
         field = model.model_fields.get(key)
-        words = get_args(field.annotation) if field and field.is_required() else ()
-        if len(words) == 1:
-            return key, words[0]
+        tags = get_args(field.annotation) if field and field.is_required() else ()
+        if len(tags) == 1:
+            return key, tags[0]
     return None
 
 
@@ -51,9 +51,9 @@ def members_by_tag(models: Iterable[type[Tagged]]) -> dict[str, type[Tagged]]:
     return {tag[1]: model for model in models if (tag := discriminator(model))}
 
 
-def get_block(words: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+def get_block(document: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     """Return a block of a document; empty if there is none."""
-    block = words.get(name)
+    block = document.get(name)
     return block if isinstance(block, Mapping) else {}
 
 
@@ -110,16 +110,16 @@ KnownKeys = Mapping[str, NumericKey | None]
 """All dotted keys of a scenario; None for those that are not numeric."""
 
 
-def numeric_keys(model: Model, words: Mapping[str, Any]) -> KnownKeys:
+def numeric_keys(model: Model, document: Mapping[str, Any]) -> KnownKeys:
     """Return all dotted keys of a scenario with this model and these plain values.
 
     The tags among the values select the members of unions.
     """
-    return {**dict(_block_keys(model, words, "", True)), "drysim": None}
+    return {**dict(_block_keys(model, document, "", True)), "drysim": None}
 
 
 def _block_keys(
-    model: Model, block: Mapping[str, Any], at: str, present: bool
+    model: Model, block: Mapping[str, Any], prefix: str, present: bool
 ) -> Iterator[tuple[str, NumericKey | None]]:
     """Yield the dotted keys of a block and of nested blocks."""
     for name, entry in fields_by_key(model).items():
@@ -127,32 +127,32 @@ def _block_keys(
         if entry.metadata:
             annotation = Annotated[(annotation, *entry.metadata)]
         value = block.get(name)
-        found = None
+        numeric_key = None
         if not isinstance(value, dict):
-            found = _as_numeric_key(annotation, model, block, present)
-        yield f"{at}{name}", found
+            numeric_key = _as_numeric_key(annotation, model, block, present)
+        yield f"{prefix}{name}", numeric_key
         if not isinstance(value, dict | list) and value == entry.default:
             value = None  # the default, such as `remove: nothing`
-        if found is None and not (value is None and entry.is_required()):
-            yield from _nested_keys(annotation, value, f"{at}{name}")
+        if numeric_key is None and not (value is None and entry.is_required()):
+            yield from _nested_keys(annotation, value, f"{prefix}{name}")
 
 
 def _nested_keys(
-    annotation: Any, value: Any, at: str
+    annotation: Any, value: Any, key: str
 ) -> Iterator[tuple[str, NumericKey | None]]:
     """Yield the dotted keys in a block or list."""
     kind, _ = _strip_annotation(annotation)
     if get_origin(kind) is tuple:
         for i, entry in enumerate(value if isinstance(value, list | tuple) else ()):
             types = get_args(kind)[0 if Ellipsis in get_args(kind) else i :]
-            found = _as_numeric_key(types[0], None, {}, True) if types else None
-            yield f"{at}.{i}", found
-            if types and found is None:
-                yield from _nested_keys(types[0], entry, f"{at}.{i}")
+            numeric_key = _as_numeric_key(types[0], None, {}, True) if types else None
+            yield f"{key}.{i}", numeric_key
+            if types and numeric_key is None:
+                yield from _nested_keys(types[0], entry, f"{key}.{i}")
     elif isinstance(value, dict | None) and (models := block_models(annotation)):
         block = value or {}
         if chosen := _named_model(models, block):
-            yield from _block_keys(chosen, block, f"{at}.", value is not None)
+            yield from _block_keys(chosen, block, f"{key}.", value is not None)
 
 
 def _named_model(models: list[Model], block: Mapping[str, Any]) -> Model | None:

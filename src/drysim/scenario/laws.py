@@ -33,15 +33,15 @@ def other_laws_hint(key: str) -> str:
     names = [name for name, law in LAWS.items() if key in law.model_fields]
     if not names:
         return ""
-    one = "one of these laws" if len(names) > 1 else "that law"
-    hint = f"; it belongs to law {join_words(names, 'or')}: choose {one}"
+    which = "one of these laws" if len(names) > 1 else "that law"
+    hint = f"; it belongs to law {join_words(names, 'or')}: choose {which}"
     if key in Coulomb.model_fields:  # a force, given by other keys
         return hint
     return f"{hint}, or for comparisons write `{names[0]}: {{{key}: ...}}`"
 
 
 def merge_law_keys(
-    name: str, block: Mapping[str, Any], own: Mapping[str, Any]
+    name: str, block: Mapping[str, Any], options: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return the parameters of a law: its own options and shared keys of a block.
 
@@ -49,18 +49,18 @@ def merge_law_keys(
     `kinetic`; keys that require a replaced key are dropped.
     """
     law = LAWS[name]
-    known = law.model_fields.keys() - excluded_keys(name, own) - {LAW_KEY}
-    words = {key: value for key, value in block.items() if key in known} | dict(own)
+    shared = law.model_fields.keys() - excluded_keys(name, options) - {LAW_KEY}
+    arguments = {key: value for key, value in block.items() if key in shared} | dict(options)
     for key, other in law.needs.items():
-        if key in words and key not in own and other not in words:
-            del words[key]
-    return words
+        if key in arguments and key not in options and other not in arguments:
+            del arguments[key]
+    return arguments
 
 
-def excluded_keys(name: str, own: Collection[str]) -> set[str]:
+def excluded_keys(name: str, options: Collection[str]) -> set[str]:
     """Return the keys of a law excluded by some of its keys, including these."""
     groups = [{*group} for group in LAWS[name].exclusive_groups()]
-    return set(own).union(*(group for group in groups if group & {*own}))
+    return set(options).union(*(group for group in groups if group & {*options}))
 
 
 def law_arguments(friction: Friction, name: str) -> dict[str, Any]:
@@ -73,9 +73,9 @@ def law_arguments(friction: Friction, name: str) -> dict[str, Any]:
 
 def friction_uses_key(friction: Friction, name: str, key: str) -> bool:
     """Return whether a law would use a key of the block of another law."""
-    own = law_options(friction, name)
-    return key not in own and key in merge_law_keys(
-        name, set_values(friction) | {key: None}, own
+    options = law_options(friction, name)
+    return key not in options and key in merge_law_keys(
+        name, set_values(friction) | {key: None}, options
     )
 
 
@@ -97,25 +97,25 @@ def friction_under_law(friction: Friction, name: str) -> Friction:
     """
     if friction.law == name:
         return friction
-    words: dict[str, Any] = law_arguments(friction, name) | {LAW_KEY: name}
+    arguments: dict[str, Any] = law_arguments(friction, name) | {LAW_KEY: name}
     record = getattr(friction, "normal_record", None)
-    if record is not None and "mu_kinetic" in words and "normal" in LAWS[name].model_fields:
-        words.setdefault("normal", record.force_record().mean)
-    return LAWS[name].model_construct(**words)
+    if record is not None and "mu_kinetic" in arguments and "normal" in LAWS[name].model_fields:
+        arguments.setdefault("normal", record.force_record().mean)
+    return LAWS[name].model_construct(**arguments)
 
 
 def _missing_keys(friction: Friction, name: str) -> list[str]:
     """Return the keys a law still needs, with their units."""
-    law, words = LAWS[name], law_arguments(friction, name)
-    found = [
+    law, arguments = LAWS[name], law_arguments(friction, name)
+    required = [
         key
         for key, field in fields_by_key(law).items()
-        if field.is_required() and key not in words and key != LAW_KEY
+        if field.is_required() and key not in arguments and key != LAW_KEY
     ]
-    either = [group[0] for group in law.one_of if not words.keys() & {*group}]
-    known = numeric_keys(law, {})
-    units = {key: f" [{numeral.unit or '-'}]" for key, numeral in known.items() if numeral}
-    return [f"friction.{name}.{key}{units.get(key, '')}" for key in (*either, *found)]
+    either = [group[0] for group in law.one_of if not arguments.keys() & {*group}]
+    keys = numeric_keys(law, {})
+    units = {key: f" [{numeral.unit or '-'}]" for key, numeral in keys.items() if numeral}
+    return [f"friction.{name}.{key}{units.get(key, '')}" for key in (*either, *required)]
 
 
 def law_faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]]:
@@ -133,9 +133,9 @@ def law_faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]
         LAWS[name].model_validate(law_arguments(friction, name) | {LAW_KEY: name})
     except ValidationError as fault:
         for error in fault.errors(include_url=False):
-            at = (*error["loc"], *blamed_path(error))
-            own = bool(at) and at[0] in law_options(friction, name)
-            keys = ("friction", *([name] if own else []), *at)
+            path = (*error["loc"], *blamed_path(error))
+            is_option = bool(path) and path[0] in law_options(friction, name)
+            keys = ("friction", *([name] if is_option else []), *path)
             message = validation_message(error)
-            sentence = f"friction as {name}: {'.'.join(map(str, at))} {message}"
+            sentence = f"friction as {name}: {'.'.join(map(str, path))} {message}"
             yield ".".join(map(str, keys)), sentence

@@ -126,11 +126,11 @@ def scenario(source: Mapping[str, object] | str, overrides: Overrides = ()) -> S
 
 def validated(document: Document) -> Scenario:
     """Return the scenario of a document, or raise `ScenarioError` with all its errors."""
-    words = with_placeholders(document.value)
-    model, scenario = _choose_model(words), None
+    filled = with_placeholders(document.value)
+    model, scenario = _choose_model(filled), None
     reading = Reading(document, model)
     with suppress(TooManyProblems):
-        scenario = _read_scenario(reading, model, words)
+        scenario = _read_scenario(reading, model, filled)
     problems = [*document.problems, *reading.problems]
     if scenario is not None and not problems:
         problems = first_conflict(scenario)
@@ -154,12 +154,12 @@ def _with_record_hint(problem: Problem) -> Problem:
     return replace(problem, sentence=f"{problem.sentence}{mark} {hint}")
 
 
-def _choose_model(words: Mapping[str, Any]) -> type[Scenario]:
+def _choose_model(document: Mapping[str, Any]) -> type[Scenario]:
     """Return the model for a file.
 
     A key unknown to the law of the file may be the options block of another law.
     """
-    friction = get_block(words, "friction")
+    friction = get_block(document, "friction")
     law = friction.get(LAW_KEY, DEFAULT_LAW)
     if not isinstance(law, str) or law not in LAWS:
         return Scenario
@@ -179,28 +179,28 @@ def _read_scenario(
     """
     document, scenario = reading.document, None
     file = Path(document.file)
-    words = {"name": _name_from_stem(file.stem)} | reading.read(filled)
-    if isinstance(words.get(FIT_KEY), dict):
-        words[FIT_KEY] = words[FIT_KEY] | {"free": read_free(reading)}
-    checks = words.get("checks")
-    if SWEEP_KEY in words or (isinstance(checks, list) and any(map(has_condition, checks))):
+    values = {"name": _name_from_stem(file.stem)} | reading.read(filled)
+    if isinstance(values.get(FIT_KEY), dict):
+        values[FIT_KEY] = values[FIT_KEY] | {"free": read_free(reading)}
+    checks = values.get("checks")
+    if SWEEP_KEY in values or (isinstance(checks, list) and any(map(has_condition, checks))):
         from drysim.scenario.sweep import read_axes_and_checks
 
-        words |= read_axes_and_checks(reading)
-    if isinstance(words.get(DESIGN_KEY), dict):
+        values |= read_axes_and_checks(reading)
+    if isinstance(values.get(DESIGN_KEY), dict):
         from drysim.scenario.sweep import read_design
 
-        words[DESIGN_KEY] = words[DESIGN_KEY] | read_design(reading)
+        values[DESIGN_KEY] = values[DESIGN_KEY] | read_design(reading)
     context = {"folder": file.parent, "document": document}
     try:
-        scenario = model.model_validate(words, context=context)
+        scenario = model.model_validate(values, context=context)
     except ValidationError as fault:
-        for keys, sentence in validation_faults(fault, words):
+        for keys, sentence in validation_faults(fault, values):
             reading.fault(sentence, keys, instead=KIND_KEY)
     else:
         for keys, sentence in unsupported_values(scenario):
             reading.fault(sentence, keys, at_key=True)
-    for keys, sentence in key_faults(words):
+    for keys, sentence in key_faults(values):
         reading.fault(sentence, keys, at_key=True, instead=KIND_KEY)
     return scenario
 

@@ -157,10 +157,10 @@ class Scenario(FromFile):
         if not isinstance(value, Mapping):
             return value
         excitation, friction = info.data.get("excitation"), info.data.get("friction")
-        known = excitation is not None and "friction" in info.data
+        is_valid = excitation is not None and "friction" in info.data
         steady = is_steady_by_default(excitation, friction)
         return times_in_seconds(
-            value, scene_frequencies(excitation, friction) if known else None, steady
+            value, scene_frequencies(excitation, friction) if is_valid else None, steady
         )
 
     def law(self) -> AnyLaw:
@@ -317,9 +317,9 @@ class Scenario(FromFile):
         used = tuple(axis for axis in self.sweep if approach_uses_key(name, axis.key))
         if used[:1] != self.sweep[:1]:  # no sweep up or down along another key
             used = tuple(axis for axis in used if axis.key != DIRECTION_KEY)
-        changed = self._without(name, used, member.supports_direction, member.supports_stops)
-        changed["friction"] = _friction_for_approach(member, self.friction)
-        return self.copy_with(changed)
+        fields = self._without(name, used, member.supports_direction, member.supports_stops)
+        fields["friction"] = _friction_for_approach(member, self.friction)
+        return self.copy_with(fields)
 
     def with_law(self, name: str) -> "Scenario":
         """Return the scenario under another friction law, solved by the exact approach.
@@ -334,32 +334,32 @@ class Scenario(FromFile):
             If a parameter is missing, or the parameters are inconsistent.
         """
         faults = law_faults(self.friction, name)
-        found = [self.problem(sentence, key) for key, sentence in faults]
-        if not found:
+        problems = [self.problem(sentence, key) for key, sentence in faults]
+        if not problems:
             used = tuple(axis for axis in self.sweep if law_uses_key(self, name, axis.key))
             closed = name in CLOSED_FORM_LAWS
             scene = self.copy_with(self._without(EXACT, used, closed, closed), law=name)
-            found = first_conflict(scene)
-            if not found:
+            problems = first_conflict(scene)
+            if not problems:
                 return scene
-        file, count = self.origin["file"] or self.name, format_count(len(found), "error")
+        file, count = self.origin["file"] or self.name, format_count(len(problems), "error")
         sentence = f"{file} under law {name}: {count}"
-        raise ScenarioError(sentence, tuple(found))
+        raise ScenarioError(sentence, tuple(problems))
 
     def _without(
         self, approach: str, used: tuple[Axis, ...], directed: bool, stops: bool
     ) -> dict[str, Any]:
         """Return the fields that change for an approach that supports some features only."""
-        changed: dict[str, Any] = {
+        fields: dict[str, Any] = {
             "solver": self.solver.model_copy(update={"approach": approach}),
             "sweep": used,
             "reference": None,
         }
         if not directed:
-            changed["oscillator"] = self.oscillator.without_direction()
+            fields["oscillator"] = self.oscillator.without_direction()
         if self.stroke is not None and not stops:
-            changed["stroke"] = self.stroke.model_copy(update={"stops": None})
-        return changed
+            fields["stroke"] = self.stroke.model_copy(update={"stops": None})
+        return fields
 
     def variant(self, label: str) -> "Scenario":
         """Return the scenario for an approach or a friction law, by name."""
@@ -376,33 +376,33 @@ class Scenario(FromFile):
         Paths of records are relative to the folder `relative_to`; default: that of this
         scenario.
         """
-        words = self.model_dump(by_alias=True, exclude_none=True, mode="json")
-        words["excitation"] = {"kind": self.excitation.kind} | words["excitation"]
+        values = self.model_dump(by_alias=True, exclude_none=True, mode="json")
+        values["excitation"] = {"kind": self.excitation.kind} | values["excitation"]
         if self.fit is not None and relative_to is not None:
-            words["fit"]["measured"]["file"] = self.fit.measured.file_from(relative_to)
+            values["fit"]["measured"]["file"] = self.fit.measured.file_from(relative_to)
         if isinstance(self.excitation, Record) and relative_to is not None:
-            words["excitation"]["file"] = self.excitation.file_from(relative_to)
+            values["excitation"]["file"] = self.excitation.file_from(relative_to)
             conditions = self.design.conditions.axes if self.design else ()
             for axis in (*self.sweep, *conditions):
                 if axis.key == FILE_KEY:
                     records = [self.excitation.with_file(file) for file in axis.values]
-                    block = words["design"]["over"] if axis in conditions else words["sweep"]
-                    block[FILE_KEY] = [one.file_from(relative_to) for one in records]
+                    block = values["design"]["over"] if axis in conditions else values["sweep"]
+                    block[FILE_KEY] = [record.file_from(relative_to) for record in records]
         if self.friction is not None:
-            words["friction"] = _friction_dict(self, self.friction, relative_to)
+            values["friction"] = _friction_dict(self, self.friction, relative_to)
         for key in (*self.missing_values, *self.unstated_start):
-            words = without_value(words, key.split("."))
+            values = without_value(values, key.split("."))
         member = self.solver.member().model_dump(mode="json", exclude_none=True)
-        solver = words["solver"] | {self.solver.approach: member}
+        solver = values["solver"] | {self.solver.approach: member}
         plain = {key: _without_tag(value, "approach") for key, value in solver.items()}
-        words["solver"] = {key: value for key, value in plain.items() if value != {}}
+        values["solver"] = {key: value for key, value in plain.items() if value != {}}
         if self.sweep and counts_in_periods(file_block := self.file_block("measure")):
-            words["measure"] |= file_block  # the period may differ between cases
+            values["measure"] |= file_block  # the period may differ between cases
         elif self.measure.steady:
             # Other keys have no effect on a steady state, or are not allowed.
             asked = {"steady", "direction", "weighting", "exposure"}
-            words["measure"] = {k: v for k, v in words["measure"].items() if k in asked}
-        return {key: value for key, value in words.items() if value not in ("", [], {})}
+            values["measure"] = {k: v for k, v in values["measure"].items() if k in asked}
+        return {key: value for key, value in values.items() if value not in ("", [], {})}
 
 
 # Rules between the blocks of a scenario
@@ -411,8 +411,8 @@ class Scenario(FromFile):
 def asks_for(scenario: Scenario, need: Need) -> bool:
     """Return whether a scenario states what some metrics need."""
     paths = (key.split(".") for key in need.keys)
-    found = (getattr(getattr(scenario, block), name, None) for block, name in paths)
-    return any(value is not None and value is not False for value in found)
+    values = (getattr(getattr(scenario, block), name, None) for block, name in paths)
+    return any(value is not None and value is not False for value in values)
 
 
 def asks_for_peak_acceleration(scenario: Scenario) -> bool:
@@ -474,25 +474,27 @@ def _unsupported_features(
 ) -> Iterator[tuple[Feature, KeyPath]]:
     """Yield what an approach does not support, and its key; also if swept keys introduce it."""
     law, friction = scenario.nominal_law(), scenario.friction
-    found: list[tuple[Feature, KeyPath]] = []
+    features: list[tuple[Feature, KeyPath]] = []
     if scenario.stops is not None:
-        found.append((END_STOPS, ("stroke", "stops")))
+        features.append((END_STOPS, ("stroke", "stops")))
     if scenario.oscillator.damping_pair is not None:
-        found.append((DIRECTED_DAMPING, ("oscillator", "damping")))
+        features.append((DIRECTED_DAMPING, ("oscillator", "damping")))
     if friction is not None and member.supports_friction:
         if law.compression is not None:
             directed = isinstance(getattr(friction, "kinetic", None), ByDirection)
-            found.append((DIRECTED_FRICTION, ("friction", "kinetic" if directed else "static")))
+            features.append(
+                (DIRECTED_FRICTION, ("friction", "kinetic" if directed else "static"))
+            )
         if law.F_fs > law.F_fk or scenario.static_interval or _STATIC_PATHS & {*swept}:
             given = (key for key in STATIC_KEYS if getattr(friction, key, None) is not None)
-            found.append((STATIC_LIMIT, ("friction", next(given, "static"))))
+            features.append((STATIC_LIMIT, ("friction", next(given, "static"))))
         if law.is_elastic or isinstance(law, DynamicLaw):
-            found.append((OTHER_LAW, ("friction", LAW_KEY)))
+            features.append((OTHER_LAW, ("friction", LAW_KEY)))
         recorded = has_recorded_normal_force(friction)
         if law.variation or recorded or any(k.startswith(_VARIATION_PREFIXES) for k in swept):
             key = "normal_record" if recorded else "normal_variation"
-            found.append((VARYING_FORCE, ("friction", key)))
-    yield from (one for one in found if not getattr(member, one[0].flag))
+            features.append((VARYING_FORCE, ("friction", key)))
+    yield from (feature for feature in features if not getattr(member, feature[0].flag))
 
 
 def unsupported_values(scenario: Scenario) -> Iterator[KeyFault]:
@@ -586,14 +588,14 @@ def _make_case(scenario: Scenario, point: Point) -> Scenario:
             continue
         name = item[0].partition(".")[0]
         touched[name] = (*touched.get(name, ()), item)
-    changed: dict[str, Any] = {
+    fields: dict[str, Any] = {
         name: _cached_block(scenario, name, values)
         for name, values in touched.items()
         if name != "measure"
     }
     if any(check.conditions for check in scenario.checks):
-        changed["checks"] = tuple(check.with_values(point) for check in scenario.checks)
-    case = scenario.copy_with({"sweep": (), "reference": None, **changed})
+        fields["checks"] = tuple(check.with_values(point) for check in scenario.checks)
+    case = scenario.copy_with({"sweep": (), "reference": None, **fields})
     if touched.keys() & {"excitation", "solver"}:
         _check_step(case)
     if touched.keys() & {"measure", "excitation", "friction"}:
@@ -624,19 +626,19 @@ def _validated_block(
     scenario: Scenario, name: str, values: tuple[tuple[str, float], ...]
 ) -> Block:
     """Return a block with other values in it, validated."""
-    old, words = getattr(scenario, name, None), dict[str, Any]()
+    old, block = getattr(scenario, name, None), dict[str, Any]()
     field = type(scenario).model_fields.get(name)
     model = next(iter(block_models(field.annotation) if field else []), None)
     if isinstance(old, Block):
-        model, words = type(old), old.model_dump(by_alias=True, exclude_none=True)
+        model, block = type(old), old.model_dump(by_alias=True, exclude_none=True)
     if model is None:
         raise InvalidValue(f"there is no block {name}", name)
     for key, value in values:
-        words = _with_value(words, key.split(".")[1:], value, key)
+        block = _with_value(block, key.split(".")[1:], value, key)
     try:
-        return model.model_validate(words, context={"folder": scenario.folder})
+        return model.model_validate(block, context={"folder": scenario.folder})
     except ValidationError as fault:
-        for keys, sentence in validation_faults(fault, {name: words}, (name,)):
+        for keys, sentence in validation_faults(fault, {name: block}, (name,)):
             raise InvalidValue(sentence, *keys) from None
         key = values[0][0]
         raise InvalidValue(f"there is no key {key} here", *key.split(".")) from None
@@ -660,26 +662,26 @@ def _with_field(block: Any, annotation: Any, steps: Sequence[str], value: Any) -
     return block.model_copy(update={name: inner})
 
 
-def _with_value(words: Any, steps: list[str], value: float, key: str) -> Any:
+def _with_value(block: Any, steps: list[str], value: float, key: str) -> Any:
     """Return a copy of nested values with one value replaced."""
     if not steps:
         raise InvalidValue(f"{key} is a block, not a number", *key.split("."))
     first, *rest = steps
-    if isinstance(words, list | tuple):
-        if not first.isdecimal() or int(first) >= len(words):
+    if isinstance(block, list | tuple):
+        if not first.isdecimal() or int(first) >= len(block):
             raise InvalidValue(f"there is no {key}", *key.split("."))
         i = int(first)
-        new = _with_value(words[i], rest, value, key) if rest else value
-        return [*words[:i], new, *words[i + 1 :]]
-    if not isinstance(words, Mapping):
+        new = _with_value(block[i], rest, value, key) if rest else value
+        return [*block[:i], new, *block[i + 1 :]]
+    if not isinstance(block, Mapping):
         raise InvalidValue(f"there is no {key}", *key.split("."))
-    old = words.get(first)
+    old = block.get(first)
     if rest:
         inner = old if isinstance(old, Mapping | list | tuple) else {}
-        return {**words, first: _with_value(inner, rest, value, key)}
+        return {**block, first: _with_value(inner, rest, value, key)}
     # An integer, such as a seed, is a float if it comes from an array.
     whole = type(old) is int and isinstance(value, float) and value.is_integer()
-    return {**words, first: int(value) if whole else value}
+    return {**block, first: int(value) if whole else value}
 
 
 def _check_step(case: Scenario) -> None:
@@ -697,10 +699,10 @@ def _with_window(case: Scenario, values: tuple[tuple[str, float], ...]) -> Scena
     frequencies, file_block = case.frequencies, case.file_block("measure")
     if not values and len(frequencies) < 2 and not counts_in_periods(file_block):
         return case
-    words = {**file_block, **{key.partition(".")[2]: value for key, value in values}}
+    times = {**file_block, **{key.partition(".")[2]: value for key, value in values}}
     steady = is_steady_by_default(case.excitation, case.friction)
     try:
-        window = times_in_seconds(words, frequencies, steady)
+        window = times_in_seconds(times, frequencies, steady)
     except InvalidValue as fault:
         raise InvalidValue(
             f"measure.{'.'.join(map(str, fault.at))} {fault}", "measure"
@@ -737,8 +739,8 @@ def _friction_for_approach(
     if friction is None or not member.supports_friction:
         return None
     if not isinstance(friction, Coulomb) and not member.supports_dynamic:
-        words = friction.model_dump(exclude_none=True, include=set(Coulomb.model_fields))
-        friction = Coulomb(**words | {"law": COULOMB})
+        shared = friction.model_dump(exclude_none=True, include=set(Coulomb.model_fields))
+        friction = Coulomb(**shared | {"law": COULOMB})
     less: dict[str, Any] = {}
     if isinstance(friction, Coulomb) and not member.supports_direction:
         keys = ("kinetic", "static")
@@ -819,15 +821,15 @@ def law_omissions(scenario: Scenario, name: str) -> Iterator[str]:
         return
     if scenario.law().compression is not None:
         yield f"{name} {DIRECTED_FRICTION.omission}"
-    known = LAWS[name].model_fields
+    fields = LAWS[name].model_fields
     used = {key.split(".")[1] for key in swept if key.startswith("friction.")}
     used |= {key for key, value in friction if value is not None}
     for key in sorted(used):
-        if key.startswith(NORMAL_FORCE_PREFIX) and key not in known:
+        if key.startswith(NORMAL_FORCE_PREFIX) and key not in fields:
             verb = "uses the mean of" if key == "normal_record" else "ignores"
             yield f"{name} {verb} friction.{key}"
     law, other = scenario.law(), scenario.with_law(name).law()
-    if not known.keys() & {*STATIC_KEYS} and law.F_fs > law.F_fk and other.F_fs == other.F_fk:
+    if not fields.keys() & {*STATIC_KEYS} and law.F_fs > law.F_fk and other.F_fs == other.F_fk:
         yield f"{name} {STATIC_LIMIT.omission}"
 
 
@@ -843,7 +845,7 @@ def _friction_dict(
         still_open.add("normal")
     if not friction.static_given and swept & _STATIC_PATHS:
         still_open.add("static_ratio")
-    words = {
+    values = {
         key: _without_tag(value, LAW_KEY) if key in LAWS else value
         for key, value in friction.with_defaults(scenario.oscillator.mass).items()
         if key not in still_open
@@ -851,14 +853,18 @@ def _friction_dict(
     if relative_to is not None:
         options = {law: getattr(friction, law, None) for law in LAWS}
         blocks = [
-            (friction, words),
-            *((one, words[law]) for law, one in options.items() if one),
+            (friction, values),
+            *(
+                (options_of_law, values[law])
+                for law, options_of_law in options.items()
+                if options_of_law
+            ),
         ]
         for block, block_words in blocks:
             force = getattr(block, "normal_record", None)
             if force is not None:
                 block_words["normal_record"]["file"] = force.file_from(relative_to)
-    return words
+    return values
 
 
 def _without_tag(value: Any, name: str) -> Any:

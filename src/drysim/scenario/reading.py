@@ -50,12 +50,12 @@ class Reading:
         the path they are read as."""
         self.reported: set[KeyPath] = set()
         """Paths with an error already; no further error is added there."""
-        self.words: dict[str, Any] = {}
+        self.values: dict[str, Any] = {}
 
-    def read(self, words: Mapping[str, Any]) -> dict[str, Any]:
+    def read(self, document: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values whose keys the model has, of the document as completed."""
-        self.words = self.block(self.model, words, ())
-        return self.words
+        self.values = self.block(self.model, document, ())
+        return self.values
 
     def fault(
         self, sentence: str, keys: KeyPath, at_key: bool = False, instead: KeyPath = ()
@@ -89,52 +89,52 @@ class Reading:
         self.fault(with_subject(keys, sentence), keys, at_key)
 
     @contextmanager
-    def reporting(self, at: KeyPath) -> Iterator[None]:
+    def reporting(self, path: KeyPath) -> Iterator[None]:
         """Report a ValueError on the value at a path, or below it if the error says where."""
         try:
             yield
         except ValueError as fault:
-            self.report_value(str(fault), (*at, *getattr(fault, "at", ())))
+            self.report_value(str(fault), (*path, *getattr(fault, "at", ())))
 
-    def block(self, model: Model, block: Mapping[str, Any], at: KeyPath) -> dict[str, Any]:
+    def block(self, model: Model, block: Mapping[str, Any], path: KeyPath) -> dict[str, Any]:
         """Return the values of a block whose keys the model has."""
-        fields, words = fields_by_key(model), {}
+        fields, values = fields_by_key(model), {}
         for key, value in block.items():
             name = (
                 key
                 if key in fields or key == UNREAD_KEYS
-                else self._resolve_unknown(key, model, block, at)
+                else self._resolve_unknown(key, model, block, path)
             )
-            if name in fields and name not in words:
+            if name in fields and name not in values:
                 if name != key:
-                    self.moved[*at, name] = self._location((*at, key))
-                words[name] = self._value(fields[name], value, (*at, name))
+                    self.moved[*path, name] = self._location((*path, key))
+                values[name] = self._value(fields[name], value, (*path, name))
         if UNREAD_KEYS not in block:
-            self._note_missing(model, words, at)
-        self._note_clashes(model, words, at)
-        return {name: value for name, value in words.items() if value is not None}
+            self._note_missing(model, values, path)
+        self._note_clashes(model, values, path)
+        return {name: value for name, value in values.items() if value is not None}
 
-    def _value(self, field: FieldInfo, value: Any, at: KeyPath) -> Any:
+    def _value(self, field: FieldInfo, value: Any, path: KeyPath) -> Any:
         """Return a value with nested blocks read; None if it has an error."""
         models = block_models(field.annotation)
         if value is None:
-            self.fault(f"{dotted_name(at)} has no value", at, at_key=True)
+            self.fault(f"{dotted_name(path)} has no value", path, at_key=True)
         elif isinstance(value, list) and (not models or allows_list(field.annotation)):
-            return [self._value(field, entry, (*at, i)) for i, entry in enumerate(value)]
+            return [self._value(field, entry, (*path, i)) for i, entry in enumerate(value)]
         elif models and isinstance(value, dict):
             value = _with_default_tag(models, value)
-            model = self._choose_member(models, value, at)
-            return self.block(model, self._hoist(model, value, at), at) if model else None
+            model = self._choose_member(models, value, path)
+            return self.block(model, self._hoist(model, value, path), path) if model else None
         elif isinstance(value, dict) and UNREAD_KEYS in value:
-            self.reported.add(at)  # such as `mass: {{ mass }}`, reported by the parser
+            self.reported.add(path)  # such as `mass: {{ mass }}`, reported by the parser
         return value
 
     def _choose_member(
-        self, models: list[Model], block: Mapping[str, Any], at: KeyPath
+        self, models: list[Model], block: Mapping[str, Any], path: KeyPath
     ) -> Model | None:
         """Return the model that the tag of a block selects; None if unknown."""
         tags = members_by_tag(models)
-        tag = next((found[0] for found in map(discriminator, models) if found), None)
+        tag = next((pair[0] for pair in map(discriminator, models) if pair), None)
         if tag is None:
             return models[0]
         mistyped = next((key for key in block if closest_match(key, [tag])), tag)
@@ -142,24 +142,30 @@ class Reading:
         if isinstance(word, str) and word in tags:
             return tags[word]
         if word is None:
-            sentence = f"{dotted_name((*at, tag))} is required; use one of {', '.join(tags)}"
-            self.fault(sentence, at, at_key=True)
+            sentence = f"{dotted_name((*path, tag))} is required; use one of {', '.join(tags)}"
+            self.fault(sentence, path, at_key=True)
         else:
             nearest = closest_member(word, tags) if isinstance(word, str) else None
             hint = did_you_mean(nearest) or f"; use one of {', '.join(tags)}"
-            sentence = f"unknown {tag} {format_value(word)} in {dotted_name(at)}{hint}"
-            self.fault(sentence, (*at, tag))
-        self.reported.add(at)
+            sentence = f"unknown {tag} {format_value(word)} in {dotted_name(path)}{hint}"
+            self.fault(sentence, (*path, tag))
+        self.reported.add(path)
         return None
 
-    def _hoist(self, model: Model, block: Mapping[str, Any], at: KeyPath) -> Mapping[str, Any]:
+    def _hoist(
+        self, model: Model, block: Mapping[str, Any], path: KeyPath
+    ) -> Mapping[str, Any]:
         """Return a law block with its own options moved to the block itself."""
         tag = discriminator(model)
-        if tag is None or tag[0] != LAW_KEY or not isinstance(own := block.get(tag[1]), dict):
+        if (
+            tag is None
+            or tag[0] != LAW_KEY
+            or not isinstance(options := block.get(tag[1]), dict)
+        ):
             return block
-        self.moved |= {(*at, key): self._location((*at, tag[1], key)) for key in own}
-        less = {tag[1], *excluded_keys(tag[1], own)}
-        return {key: value for key, value in block.items() if key not in less} | own
+        self.moved |= {(*path, key): self._location((*path, tag[1], key)) for key in options}
+        less = {tag[1], *excluded_keys(tag[1], options)}
+        return {key: value for key, value in block.items() if key not in less} | options
 
     def _location(self, keys: KeyPath) -> KeyPath:
         """Return the path of a value in the document."""
@@ -169,13 +175,13 @@ class Reading:
         return keys
 
     def _resolve_unknown(
-        self, key: str, model: Model, block: Mapping[str, Any], at: KeyPath
+        self, key: str, model: Model, block: Mapping[str, Any], path: KeyPath
     ) -> str | None:
         """Report an unknown key; return the key meant, if it is not in use."""
         fields = fields_by_key(model)
         nearest = closest_match(key, fields.keys() - block.keys()) or closest_match(key, fields)
-        home = [name for name in blocks_with_key(self.model, key) if (name,) != at[:1]]
-        where = f" in {dotted_name(at)}" if at else ""
+        home = [name for name in blocks_with_key(self.model, key) if (name,) != path[:1]]
+        where = f" in {dotted_name(path)}" if path else ""
         if tag := discriminator(model):
             where += f" of {tag[0]} {tag[1]}"
         if 0 < len(home) < 3:
@@ -184,42 +190,43 @@ class Reading:
             nearest = None
         else:
             hint = did_you_mean(nearest) or _unknown_key_hint(key, block[key], fields)
-        self.fault(f"unknown key {format_value(key)}{where}{hint}", (*at, key), at_key=True)
+        self.fault(f"unknown key {format_value(key)}{where}{hint}", (*path, key), at_key=True)
         return nearest if nearest not in block else None
 
-    def _note_missing(self, model: Model, words: Mapping[str, Any], at: KeyPath) -> None:
+    def _note_missing(self, model: Model, values: Mapping[str, Any], path: KeyPath) -> None:
         """Report missing keys of a block."""
         for name, entry in fields_by_key(model).items():
-            if entry.is_required() and name not in words:
-                sentence = (
-                    f"{dotted_name((*at, name))} is required{_field_description(model, entry)}"
-                )
-                self.fault(sentence, (*at, name), at_key=True)
+            if entry.is_required() and name not in values:
+                description = _field_description(model, entry)
+                sentence = f"{dotted_name((*path, name))} is required{description}"
+                self.fault(sentence, (*path, name), at_key=True)
         for group in (*model.one_of, *model.any_of):
-            if not words.keys() & set(group):
+            if not values.keys() & set(group):
                 either = " or ".join((", ".join(group[:-1]), group[-1]))
-                self.fault(f"{dotted_name(at)} needs {either}", (*at, group[0]), at_key=True)
+                self.fault(
+                    f"{dotted_name(path)} needs {either}", (*path, group[0]), at_key=True
+                )
 
-    def _note_clashes(self, model: Model, words: Mapping[str, Any], at: KeyPath) -> None:
+    def _note_clashes(self, model: Model, values: Mapping[str, Any], path: KeyPath) -> None:
         """Report keys of a block that exclude each other."""
         for group in model.exclusive_groups():
-            first, *rest = [name for name in words if name in group] or [""]
+            first, *rest = [name for name in values if name in group] or [""]
             for name in rest:
                 sentence = (
-                    f"{dotted_name(at)} has {first} already; give {name} or {first}, not both"
+                    f"{dotted_name(path)} has {first} already; give {name} or {first}, not both"
                 )
-                self.fault(sentence, (*at, name), at_key=True)
-        missing = [group for group in model.one_of if not words.keys() & set(group)]
+                self.fault(sentence, (*path, name), at_key=True)
+        missing = [group for group in model.one_of if not values.keys() & set(group)]
         for name, other in model.needs.items():
             reported = any(other in group for group in missing)
-            if name in words and other not in words and not reported:
-                sentence = f"{dotted_name((*at, name))} requires {other}"
-                self.fault(sentence, (*at, name), at_key=True)
+            if name in values and other not in values and not reported:
+                sentence = f"{dotted_name((*path, name))} requires {other}"
+                self.fault(sentence, (*path, name), at_key=True)
 
 
 def _with_default_tag(models: list[Model], block: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return a block with the tag of the default member if it has none."""
-    default = next((one for one in models if getattr(one, "by_default", False)), None)
+    default = next((model for model in models if getattr(model, "by_default", False)), None)
     tag = discriminator(default) if default else None
     if tag is None or any(key == tag[0] or closest_match(key, [tag[0]]) for key in block):
         return block
@@ -235,7 +242,7 @@ def _unknown_key_hint(key: str, value: object, fields: Mapping[str, FieldInfo]) 
 
 def _field_description(model: Model, field: FieldInfo) -> str:
     """Return the first clause of a field's description."""
-    name = next(name for name, known in model.model_fields.items() if known is field)
+    name = next(name for name, candidate in model.model_fields.items() if candidate is field)
     clause = " ".join(
         re.split(r"[;.](?:\s|$)", field_descriptions(model).get(name, ""))[0].split()
     )

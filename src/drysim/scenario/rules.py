@@ -19,23 +19,23 @@ EXCITATIONS_BY_KIND = members_by_tag(EXCITATIONS)
 """Excitation classes by kind."""
 
 
-def key_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
+def key_faults(document: Mapping[str, Any]) -> Iterator[KeyFault]:
     """Yield the faults of rules on which keys may occur together."""
-    kind = get_block(words, "excitation").get("kind")
-    solver, reference = get_block(words, "solver"), words.get("reference")
+    kind = get_block(document, "excitation").get("kind")
+    solver, reference = get_block(document, "solver"), document.get("reference")
     if kind in EXCITATIONS_BY_KIND:
         yield from _step_faults(solver, kind)
-        recorded = "normal_record" in get_block(words, "friction")
-        yield from _measure_faults(get_block(words, "measure"), kind, recorded)
-        yield from _until_faults(words)
+        recorded = "normal_record" in get_block(document, "friction")
+        yield from _measure_faults(get_block(document, "measure"), kind, recorded)
+        yield from _until_faults(document)
     approach = solver.get("approach", EXACT)
-    if reference is not None and "sweep" not in words:
+    if reference is not None and "sweep" not in document:
         yield ("reference",), "reference requires a sweep"
     elif reference is not None and reference == approach:
         sentence = f"reference must differ from solver.approach, {approach}"
         yield ("reference",), f"{sentence} (--set reference=null)"
     member = APPROACHES_BY_NAME.get(approach) if isinstance(approach, str) else None
-    if member is not None and "friction" in words and not member.supports_friction:
+    if member is not None and "friction" in document and not member.supports_friction:
         yield (
             ("friction",),
             f"approach {approach} does not support friction; remove the block "
@@ -45,10 +45,10 @@ def key_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
 
 def _step_faults(solver: Mapping[str, Any], kind: str) -> Iterator[KeyFault]:
     """Yield the faults of solver.step: a record has its own step, others need one."""
-    own = EXCITATIONS_BY_KIND[kind].has_own_step
-    if not own and "step" not in solver:
+    has_own_step = EXCITATIONS_BY_KIND[kind].has_own_step
+    if not has_own_step and "step" not in solver:
         yield ("solver", "step"), "solver.step is required: time step of the output grid [s]"
-    if own and "step" in solver:
+    if has_own_step and "step" in solver:
         yield (
             ("solver", "step"),
             f"solver.step is not used: a {kind} has its own step; remove it",
@@ -82,24 +82,24 @@ def _measure_faults(
             yield ("measure", "duration"), f"measure.duration is required for {kind}{other}"
 
 
-def _until_faults(words: Mapping[str, Any]) -> Iterator[KeyFault]:
+def _until_faults(document: Mapping[str, Any]) -> Iterator[KeyFault]:
     """Yield the fault of an `until` metric that is not available."""
-    until = get_block(get_block(words, "excitation"), "until")
+    until = get_block(get_block(document, "excitation"), "until")
     name = until.get("metric")
     if not isinstance(name, str):
         return
-    keys, at = (
+    keys, unavailable = (
         ("excitation", "until", "metric"),
         f"excitation.until.metric: {format_value(name)} is not available",
     )
-    known = {metric.name: metric for metric in METRICS}
-    if name not in known:
-        hint = name_hint(name, known)
+    metrics = {metric.name: metric for metric in METRICS}
+    if name not in metrics:
+        hint = name_hint(name, metrics)
         yield keys, f"{'.'.join(keys)}: unknown metric {format_value(name)}{hint}"
         return
     if name == "closure":
-        yield keys, f"{at} for random base motion, which has no periodic orbit"
-    for need in known[name].needs:
+        yield keys, f"{unavailable} for random base motion, which has no periodic orbit"
+    for need in metrics[name].needs:
         paths = (key.split(".") for key in need.keys)
-        if not any(key in get_block(words, block) for block, key in paths):
-            yield keys, f"{at} without {need.name}; give {' or '.join(need.keys)}"
+        if not any(key in get_block(document, block) for block, key in paths):
+            yield keys, f"{unavailable} without {need.name}; give {' or '.join(need.keys)}"

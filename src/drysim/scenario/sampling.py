@@ -63,7 +63,7 @@ class LazySequence(Sequence[Made]):
     """Sequence of known length that computes its items on demand."""
 
     @abstractmethod
-    def one(self, number: int) -> Made:
+    def item(self, number: int) -> Made:
         """Return an item by an index from 0 to length - 1."""
 
     @overload
@@ -73,11 +73,11 @@ class LazySequence(Sequence[Made]):
     def __getitem__(self, number: int | slice) -> Made | Sequence[Made]:
         """Return an item, or a list of items for a slice."""
         if isinstance(number, slice):
-            return [self.one(i) for i in range(*number.indices(len(self)))]
+            return [self.item(i) for i in range(*number.indices(len(self)))]
         place, count = index(number), len(self)
         if not -count <= place < count:
             raise IndexError(f"index {place} is out of range for length {count}")
-        return self.one(place % count)
+        return self.item(place % count)
 
 
 @dataclass(frozen=True)
@@ -92,19 +92,19 @@ class SampledValues(LazySequence[float]):
         """Return the number of points."""
         return self.design.count
 
-    def one(self, number: int) -> float:
+    def item(self, number: int) -> float:
         """Return a value by index."""
-        return float(self.at(np.array([number])).item())
+        return float(self.take(np.array([number])).item())
 
     def __iter__(self) -> Iterator[float]:
         """Iterate over the values chunk by chunk; a single value costs as much as a chunk."""
         for begin in range(0, len(self), POINTS_PER_CHUNK):
             numbers = np.arange(begin, min(begin + POINTS_PER_CHUNK, len(self)))
-            yield from self.at(numbers).tolist()
+            yield from self.take(numbers).tolist()
 
-    def at(self, numbers: Indices) -> Floats:
+    def take(self, numbers: Indices) -> Floats:
         """Return values by index."""
-        return self.of(self.design.at(numbers))
+        return self.of(self.design.take(numbers))
 
     def of(self, shares: Floats) -> Floats:
         """Return the values of points of the design, shape (n, dimensions)."""
@@ -122,7 +122,7 @@ class Design:
     dimensions: int
     seed: int
 
-    def at(self, numbers: Indices) -> Floats:
+    def take(self, numbers: Indices) -> Floats:
         """Return points by index, shape (n, dimensions), in [0, 1]."""
         if self.kind == "sobol":
             return sobol_points(self)[numbers]

@@ -76,21 +76,21 @@ from drysim.yaml_document import UNREAD_KEYS, KeyPath
 
 def read_axes_and_checks(reading: Reading) -> dict[str, Any]:
     """Return axes and checks as fields of the scenario; report their errors."""
-    words, found = reading.words, {}
-    checks = words.get("checks")
-    known = numeric_keys(reading.model, words)
-    if SWEEP_KEY in words:
-        found[SWEEP_KEY] = _read_axes(reading, known)
+    document, fields = reading.values, {}
+    checks = document.get("checks")
+    keys = numeric_keys(reading.model, document)
+    if SWEEP_KEY in document:
+        fields[SWEEP_KEY] = _read_axes(reading, keys)
     if isinstance(checks, list):
-        found["checks"] = [
-            _read_check(reading, known, i, text) for i, text in enumerate(checks)
+        fields["checks"] = [
+            _read_check(reading, keys, i, text) for i, text in enumerate(checks)
         ]
-    return found
+    return fields
 
 
-def _read_axes(reading: Reading, known: KnownKeys) -> Any:
+def _read_axes(reading: Reading, keys: KnownKeys) -> Any:
     """Return the axes of a sweep block."""
-    block = reading.words[SWEEP_KEY]
+    block = reading.values[SWEEP_KEY]
     if not isinstance(block, Mapping):
         form = "keys with their values, such as `excitation.frequency: [1, 2]`"
         reading.fault(f"sweep must be {form}; not {format_value(block)}", (SWEEP_KEY,))
@@ -99,17 +99,17 @@ def _read_axes(reading: Reading, known: KnownKeys) -> Any:
         reading.fault("sweep has no keys; give at least one key with its values", (SWEEP_KEY,))
     inner = {key: value for group in _key_groups(block) for key, value in group.items()}
     inner.pop(UNREAD_KEYS, None)
-    reading.words[SWEEP_KEY] = {**block, **inner}
+    reading.values[SWEEP_KEY] = {**block, **inner}
     axes: list[Axis] = []
     for key, value in block.items():
         if key == ZIP_KEY:
-            axes += _read_zip(reading, known, value)
+            axes += _read_zip(reading, keys, value)
         elif key == SAMPLE_KEY:
-            axes += _read_sample(reading, known, value)
+            axes += _read_sample(reading, keys, value)
         elif key == SRS_KEY:
-            axes += _read_spectrum(reading, known, value)
+            axes += _read_spectrum(reading, keys, value)
         elif key not in (DIRECTION_KEY, UNREAD_KEYS):
-            axis = _read_axis(reading, known, (SWEEP_KEY, key), block)
+            axis = _read_axis(reading, keys, (SWEEP_KEY, key), block)
             axes += [axis] if axis else []
     if block.get(DIRECTION_KEY) is not None:
         with reading.reporting((SWEEP_KEY, DIRECTION_KEY)):
@@ -133,7 +133,7 @@ def _read_direction(reading: Reading, axes: Sequence[Axis], value: Any) -> Axis:
     directions = {UP: (UP,), DOWN: (DOWN,), BOTH: (UP, DOWN)}
     if value not in (*directions,):
         raise ValueError(f"must be {UP}, {DOWN} or {BOTH}, not {format_value(value)}")
-    excitation = get_block(reading.words, "excitation")
+    excitation = get_block(reading.values, "excitation")
     if excitation.get("kind") == "rest":
         raise ValueError(
             "is not possible for rest: without base motion every case comes to rest"
@@ -145,19 +145,19 @@ def _read_direction(reading: Reading, axes: Sequence[Axis], value: Any) -> Axis:
     if not axes and len(reading.problems) == 0:
         raise ValueError("needs a key to vary: each case starts where the previous one ended")
     for axis in axis_groups(axes)[0] if axes else ():
-        if sentence := _chain_fault(reading.words, axis):
+        if sentence := _chain_fault(reading.values, axis):
             raise ValueError(f"is not possible: {sentence}; {OTHER_FIRST_KEY}")
     way = " and ".join(directions[value])
-    words = f"{way}: each case begins where the one before it ended"
-    return Axis(DIRECTION_KEY, "", directions[value], value, description=words)
+    description = f"{way}: each case begins where the one before it ended"
+    return Axis(DIRECTION_KEY, "", directions[value], value, description=description)
 
 
 OTHER_FIRST_KEY = "list a key such as excitation.rms first, or remove direction"
 
 
-def _chain_fault(words: Mapping[str, Any], axis: Axis) -> str | None:
+def _chain_fault(document: Mapping[str, Any], axis: Axis) -> str | None:
     """Return why the cases along an axis cannot follow one another; None if they can."""
-    key, stops = axis.key, get_block(get_block(words, "stroke"), "stops")
+    key, stops = axis.key, get_block(get_block(document, "stroke"), "stops")
     if isinstance(axis.values, SampledValues):
         return f"the values of {key}, the first key, are random and have no order"
     if key in (FILE_KEY, SEED_KEY):
@@ -182,132 +182,134 @@ def _key_groups(block: Any) -> list[Mapping[str, Any]]:
     return [group for group in (*several, over, spectrum) if isinstance(group, Mapping)]
 
 
-def _read_spectrum(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
+def _read_spectrum(reading: Reading, keys: KnownKeys, value: Any) -> Iterator[Axis]:
     """Yield the axis of `srs`: natural frequencies, evenly spaced on a log scale by default."""
-    at = (SWEEP_KEY, SRS_KEY)
-    kind = get_block(reading.words, "excitation").get("kind")
+    path = (SWEEP_KEY, SRS_KEY)
+    kind = get_block(reading.values, "excitation").get("kind")
     if kind in EXCITATIONS_BY_KIND and kind not in SHOCK_KINDS:
         sentence = f"needs a shock, as `excitation.kind: shock` or as a record, not {kind}"
-        reading.report_value(sentence, at, at_key=True)
+        reading.report_value(sentence, path, at_key=True)
         return
     if isinstance(value, Mapping) and "count" in value:
         value = {"scale": "log", **value}
-    if (numeral := _read_key(reading, known, at, NATURAL_FREQUENCY_KEY)) and (
-        axis := read_values(reading, at, numeral, NATURAL_FREQUENCY_KEY, value)
+    if (numeral := _read_key(reading, keys, path, NATURAL_FREQUENCY_KEY)) and (
+        axis := read_values(reading, path, numeral, NATURAL_FREQUENCY_KEY, value)
     ):
-        yield replace(axis, group=SRS_KEY, location=at)
+        yield replace(axis, group=SRS_KEY, location=path)
 
 
 SHOCK_KINDS = ("shock", "record")
 """Kinds of base motion that have a shock response spectrum."""
 
 
-def _read_zip(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
+def _read_zip(reading: Reading, keys: KnownKeys, value: Any) -> Iterator[Axis]:
     """Yield the axes of `zip`: one or several groups of keys varying together."""
     form = "keys with equally many values, such as {friction.kinetic: [15, 30], ...}"
     groups: list[tuple[KeyPath, Any]] = [((SWEEP_KEY, ZIP_KEY), value)]
     if isinstance(value, list):
         groups = [((SWEEP_KEY, ZIP_KEY, i), group) for i, group in enumerate(value)]
-    for at, group in groups:
+    for path, group in groups:
         if not isinstance(group, Mapping) or len(group) < 2:
-            reading.report_value(f"must be at least two {form}; not {format_value(group)}", at)
+            reading.report_value(
+                f"must be at least two {form}; not {format_value(group)}", path
+            )
             continue
-        numerals = _read_keys(reading, known, at, group)
-        found = [
+        numerals = _read_keys(reading, keys, path, group)
+        axes = [
             axis
             for key, numeral in numerals.items()
-            if (axis := read_values(reading, (*at, key), numeral, key, group[key]))
+            if (axis := read_values(reading, (*path, key), numeral, key, group[key]))
         ]
-        uneven = next((one for one in found if len(one.values) != len(found[0].values)), None)
+        uneven = next((axis for axis in axes if len(axis.values) != len(axes[0].values)), None)
         if uneven is not None:
             sentence = (
-                f"has {len(uneven.values)} values, but {found[0].key} has "
-                f"{len(found[0].values)}; keys of a zip need equally many"
+                f"has {len(uneven.values)} values, but {axes[0].key} has "
+                f"{len(axes[0].values)}; keys of a zip need equally many"
             )
-            reading.report_value(sentence, (*at, uneven.key))
+            reading.report_value(sentence, (*path, uneven.key))
             continue
-        name = ".".join(map(str, at[1:]))
-        yield from (replace(one, group=name, location=(*at, one.key)) for one in found)
+        name = ".".join(map(str, path[1:]))
+        yield from (replace(axis, group=name, location=(*path, axis.key)) for axis in axes)
 
 
-def _read_sample(reading: Reading, known: KnownKeys, value: Any) -> Iterator[Axis]:
+def _read_sample(reading: Reading, keys: KnownKeys, value: Any) -> Iterator[Axis]:
     """Yield the axes of `sample`: keys with random values."""
-    at = (SWEEP_KEY, SAMPLE_KEY)
+    path = (SWEEP_KEY, SAMPLE_KEY)
     if not isinstance(value, Mapping):
         form = "{kind: latin, count: 1000, seed: 1, over: {...}}"
-        reading.report_value(f"must be {form}; not {format_value(value)}", at)
+        reading.report_value(f"must be {form}; not {format_value(value)}", path)
         return
-    words = reading.block(Sample, value, at)
-    over = words.get("over")
+    block = reading.block(Sample, value, path)
+    over = block.get("over")
     if over is None:
         return
     if not isinstance(over, Mapping) or not over:
         sentence = "must be keys, each with {from, to} or a distribution"
-        reading.report_value(f"{sentence}; not {format_value(over)}", (*at, "over"))
+        reading.report_value(f"{sentence}; not {format_value(over)}", (*path, "over"))
         return
-    numerals = _read_keys(reading, known, (*at, "over"), over)
-    count = read_whole_number(reading, at, words, "count", 1, MAX_AXIS_VALUES)
-    seed = read_whole_number(reading, at, words, "seed", 0, 2**63)
+    numerals = _read_keys(reading, keys, (*path, "over"), over)
+    count = read_whole_number(reading, path, block, "count", 1, MAX_AXIS_VALUES)
+    seed = read_whole_number(reading, path, block, "seed", 0, 2**63)
     laws = {
-        key: read_distribution(reading, (*at, "over", key), over[key], numeral)
+        key: read_distribution(reading, (*path, "over", key), over[key], numeral)
         for key, numeral in numerals.items()
     }
-    if count is None or seed is None or "kind" not in words or None in laws.values():
+    if count is None or seed is None or "kind" not in block or None in laws.values():
         return
-    if words["kind"] not in get_args(Sample.model_fields["kind"].annotation):
-        sentence = f"must be latin, sobol or uniform, not {format_value(words['kind'])}"
-        reading.report_value(sentence, (*at, "kind"))
+    if block["kind"] not in get_args(Sample.model_fields["kind"].annotation):
+        sentence = f"must be latin, sobol or uniform, not {format_value(block['kind'])}"
+        reading.report_value(sentence, (*path, "kind"))
         return
-    design = Design(words["kind"], count, len(laws), seed)
-    head = {name: words[name] for name in ("kind", "count", "seed")}
-    for k, (key, found) in enumerate(laws.items()):
-        assert found is not None
-        law, spec = found
+    design = Design(block["kind"], count, len(laws), seed)
+    head = {name: block[name] for name in ("kind", "count", "seed")}
+    for k, (key, distribution) in enumerate(laws.items()):
+        assert distribution is not None
+        law, spec = distribution
         unit = numerals[key].header
-        label = f"{law.describe(format_unit(unit))} ({count} values, {words['kind']})"
+        label = f"{law.describe(format_unit(unit))} ({count} values, {block['kind']})"
         yield Axis(
             key, unit, SampledValues(design, k, law), (head, spec), "sample", label,
-            (*at, "over", key),
+            (*path, "over", key),
         )  # fmt: skip
 
 
 def _read_keys(
-    reading: Reading, known: KnownKeys, at: KeyPath, group: Mapping[str, Any]
+    reading: Reading, keys: KnownKeys, path: KeyPath, group: Mapping[str, Any]
 ) -> dict[str, NumericKey]:
     """Return the valid numeric keys of a group; report the others."""
-    found = {}
+    numerals = {}
     for key in group:
-        if key == FILE_KEY and key in known:
+        if key == FILE_KEY and key in keys:
             sentence = f"{key} must be a key of sweep itself; groups take numbers only"
-            reading.fault(sentence, (*at, key), at_key=True)
+            reading.fault(sentence, (*path, key), at_key=True)
             continue
-        if key != UNREAD_KEYS and (numeral := _read_key(reading, known, (*at, key), key)):
-            found[key] = numeral
-    return found
+        if key != UNREAD_KEYS and (numeral := _read_key(reading, keys, (*path, key), key)):
+            numerals[key] = numeral
+    return numerals
 
 
 def _read_axis(
-    reading: Reading, known: KnownKeys, at: KeyPath, block: Mapping[str, Any]
+    reading: Reading, keys: KnownKeys, path: KeyPath, block: Mapping[str, Any]
 ) -> Axis | None:
     """Return the axis of a key in a block; None if it has an error."""
-    key = str(at[-1])
+    key = str(path[-1])
     value = block[key]
-    if key == FILE_KEY and get_block(reading.words, "excitation").get("kind") == "record":
-        return _read_files(reading, at, value)
-    numeral = _read_key(reading, known, at, key, () if at[0] == SWEEP_KEY else block)
+    if key == FILE_KEY and get_block(reading.values, "excitation").get("kind") == "record":
+        return _read_files(reading, path, value)
+    numeral = _read_key(reading, keys, path, key, () if path[0] == SWEEP_KEY else block)
     if numeral is None:
         return None
     if value is None:
-        reading.fault(f"{dotted_name(at)} has no values", at, at_key=True)
+        reading.fault(f"{dotted_name(path)} has no values", path, at_key=True)
         return None
-    return read_values(reading, at, numeral, key, value)
+    return read_values(reading, path, numeral, key, value)
 
 
-def _read_files(reading: Reading, at: KeyPath, value: Any) -> Axis | None:
+def _read_files(reading: Reading, path: KeyPath, value: Any) -> Axis | None:
     """Return the axis for records: a list of files, or a pattern such as `runs/*.csv`."""
-    known, files = len(reading.problems), [value]
+    noted, files = len(reading.problems), [value]
     folder = Path(reading.document.file).parent
-    with reading.reporting(at):
+    with reading.reporting(path):
         if isinstance(value, str):
             # A scenario from Windows may separate folders by backslashes.
             for pattern in dict.fromkeys([value, value.replace("\\", "/")]):
@@ -328,7 +330,7 @@ def _read_files(reading: Reading, at: KeyPath, value: Any) -> Axis | None:
             form = "a list of files, or a pattern such as `runs/*.csv`"
             raise ValueError(f"must be {form}; not {format_value(value)}")
     for i, file in enumerate(files):
-        with reading.reporting((*at, i)):
+        with reading.reporting((*path, i)):
             if not isinstance(file, str) or not file:
                 raise ValueError(f"must be the name of a file, not {format_value(file)}")
             if file in files[:i]:
@@ -338,7 +340,7 @@ def _read_files(reading: Reading, at: KeyPath, value: Any) -> Axis | None:
             if has_magic(file) and not (folder / file).exists():
                 remedy = f"without a list: `{FILE_KEY}: {file}`"
                 raise ValueError(f"is a pattern, not a file; write it {remedy}")
-    if len(reading.problems) > known:
+    if len(reading.problems) > noted:
         return None
     # Results name the files as here, and are to be free of absolute paths.
     files = [relative_path(file, folder) if os.path.isabs(file) else file for file in files]
@@ -359,7 +361,7 @@ def _pattern_fault(folder: Path, pattern: str) -> str:
 
 
 def _read_key(
-    reading: Reading, known: KnownKeys, at: KeyPath, key: str, varied: Iterable[str] = ()
+    reading: Reading, keys: KnownKeys, path: KeyPath, key: str, varied: Iterable[str] = ()
 ) -> NumericKey | None:
     """Return the numeric key to vary; None if it has an error.
 
@@ -368,16 +370,16 @@ def _read_key(
     top = key.partition(".")[0]
     field = fields_by_key(reading.model).get(top)
     wanted = top in reading.document.value or (field is not None and field.is_required())
-    if wanted and top not in reading.words:
+    if wanted and top not in reading.values:
         return None  # an error of the block with this key was reported already
-    block = SWEEP_KEY if at[0] == SWEEP_KEY else dotted_name(at[:-1])
-    if sentence := sweep_fault(reading.words, key, known, varied, block):
-        reading.fault(sentence, at, at_key=True)
+    block = SWEEP_KEY if path[0] == SWEEP_KEY else dotted_name(path[:-1])
+    if sentence := sweep_fault(reading.values, key, keys, varied, block):
+        reading.fault(sentence, path, at_key=True)
         return None
     if block == SWEEP_KEY and _is_swept_twice(reading.document.value.get(SWEEP_KEY), key):
-        reading.fault(f"{key} is swept twice; remove one", at, at_key=True)
+        reading.fault(f"{key} is swept twice; remove one", path, at_key=True)
         return None
-    return known[key]
+    return keys[key]
 
 
 def _is_swept_twice(block: Any, key: str) -> bool:
@@ -388,63 +390,63 @@ def _is_swept_twice(block: Any, key: str) -> bool:
 
 def read_design(reading: Reading) -> dict[str, Any]:
     """Return the varied keys and the conditions of the design block; report their errors."""
-    block = get_block(reading.words, DESIGN_KEY)
-    known = numeric_keys(reading.model, reading.words)
-    found: dict[str, Any] = {}
+    block = get_block(reading.values, DESIGN_KEY)
+    keys = numeric_keys(reading.model, reading.values)
+    fields: dict[str, Any] = {}
     vary, over = block.get("vary"), block.get("over")
     before = len(reading.problems)
     if isinstance(vary, Mapping) and vary:
-        found["vary"] = _read_vary(reading, known, (DESIGN_KEY, "vary"), vary)
+        fields["vary"] = _read_vary(reading, keys, (DESIGN_KEY, "vary"), vary)
     if isinstance(over, Mapping) and over.keys() - {TAKE_KEY}:
-        found["over"] = _read_conditions(reading, known, (DESIGN_KEY, "over"), over)
+        fields["over"] = _read_conditions(reading, keys, (DESIGN_KEY, "over"), over)
     if len(reading.problems) > before:  # nothing more is said of these blocks
         reading.reported |= {(DESIGN_KEY, "vary"), (DESIGN_KEY, "over")}
-    return found
+    return fields
 
 
 def _read_vary(
-    reading: Reading, known: KnownKeys, at: KeyPath, block: Mapping[str, Any]
+    reading: Reading, keys: KnownKeys, path: KeyPath, block: Mapping[str, Any]
 ) -> tuple[KeyRange, ...]:
     """Return the varied keys of a design."""
-    found = []
+    ranges = []
     if len(block) > MAX_KEYS:
-        reading.report_value(f"has {len(block)} keys; a design has at most {MAX_KEYS}", at)
-    for key, words in block.items():
-        if key == UNREAD_KEYS or not (n := _read_key(reading, known, (*at, key), key, block)):
+        reading.report_value(f"has {len(block)} keys; a design has at most {MAX_KEYS}", path)
+    for key, bounds in block.items():
+        if key == UNREAD_KEYS or not (n := _read_key(reading, keys, (*path, key), key, block)):
             continue
-        with reading.reporting((*at, key)):
+        with reading.reporting((*path, key)):
             if n.quantity is None:
                 raise ValueError("takes whole numbers, which design does not support")
-            if not isinstance(words, Mapping):
-                raise ValueError(f"must be {{from, to}}, not {format_value(words)}")
-            values = reading.block(VaryRange, words, (*at, key))
-            if (ends := read_ends(reading, (*at, key), n, values)) is not None:
+            if not isinstance(bounds, Mapping):
+                raise ValueError(f"must be {{from, to}}, not {format_value(bounds)}")
+            values = reading.block(VaryRange, bounds, (*path, key))
+            if (ends := read_ends(reading, (*path, key), n, values)) is not None:
                 scale = values.get("scale", "linear")
                 check_scale(scale, ends[0])
-                found.append(KeyRange(key, n.header, *ends, scale == "log"))
-    return tuple(found)
+                ranges.append(KeyRange(key, n.header, *ends, scale == "log"))
+    return tuple(ranges)
 
 
 def _read_conditions(
-    reading: Reading, known: KnownKeys, at: KeyPath, block: Mapping[str, Any]
+    reading: Reading, keys: KnownKeys, path: KeyPath, block: Mapping[str, Any]
 ) -> Conditions:
     """Return the conditions under which every design is judged."""
     take = block.get(TAKE_KEY, WORST)
     if take not in (WORST, MEAN):
         sentence = f"must be {WORST} or {MEAN}, not {format_value(take)}"
-        reading.report_value(sentence, (*at, TAKE_KEY))
-    keys = {key: value for key, value in block.items() if key not in (TAKE_KEY, UNREAD_KEYS)}
-    axes = (_read_axis(reading, known, (*at, key), keys) for key in keys)
+        reading.report_value(sentence, (*path, TAKE_KEY))
+    varied = {key: value for key, value in block.items() if key not in (TAKE_KEY, UNREAD_KEYS)}
+    axes = (_read_axis(reading, keys, (*path, key), varied) for key in varied)
     return Conditions(
-        tuple(replace(axis, location=(*at, axis.key)) for axis in axes if axis), take
+        tuple(replace(axis, location=(*path, axis.key)) for axis in axes if axis), take
     )
 
 
-def _read_check(reading: Reading, known: KnownKeys, i: int, text: Any) -> Any:
+def _read_check(reading: Reading, keys: KnownKeys, i: int, text: Any) -> Any:
     """Return a parsed check if it has an `at` condition, otherwise the text."""
     if not has_condition(text):
         return text
-    numerals = {key: numeral for key, numeral in known.items() if numeral}
+    numerals = {key: numeral for key, numeral in keys.items() if numeral}
     try:
         check = Check.parse(text, {key: numeral.unit for key, numeral in numerals.items()})
     except ValueError as fault:
@@ -456,10 +458,10 @@ def _read_check(reading: Reading, known: KnownKeys, i: int, text: Any) -> Any:
             )
         reading.fault(sentence, ("checks", i))
         return "T_a < 1"  # any valid check: the error was reported
-    swept = reading.words.get(SWEEP_KEY)
-    keys = [condition.key for condition in check.conditions if condition.key != STATUS]
-    for key in dict.fromkeys(keys):
+    swept = reading.values.get(SWEEP_KEY)
+    named = [condition.key for condition in check.conditions if condition.key != STATUS]
+    for key in dict.fromkeys(named):
         if isinstance(swept, Mapping) and key not in swept:
             sentence = f"checks.{i}: {key} is not swept; it has the same value in every case"
             reading.fault(sentence, ("checks", i))
-    return check.with_values({key: numerals[key].here(key) for key in keys})
+    return check.with_values({key: numerals[key].here(key) for key in named})

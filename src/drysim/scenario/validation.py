@@ -41,17 +41,17 @@ _MESSAGES = {
 
 
 def validation_faults(
-    fault: ValidationError, words: Mapping[str, Any], at: KeyPath = ()
+    fault: ValidationError, values: Mapping[str, Any], path: KeyPath = ()
 ) -> Iterator[tuple[KeyPath, str]]:
     """Yield the key path and message of every validation error.
 
-    `words` are the values that were validated, and `at` is the path of the block that was
+    `values` are the values that were validated, and `path` is the path of the block that was
     validated, if not the whole scenario.
     """
     for error in fault.errors(include_url=False):
         if error["type"] in ALREADY_REPORTED:
             continue
-        keys = (*_without_tags((*at, *error["loc"]), words), *blamed_path(error))
+        keys = (*_without_tags((*path, *error["loc"]), values), *blamed_path(error))
         yield keys, with_subject(keys, validation_message(error))
 
 
@@ -60,15 +60,15 @@ def with_subject(keys: KeyPath, text: str) -> str:
     return f"{dotted_name(keys)}{' ' if text.startswith(_PREDICATES) else ': '}{text}"
 
 
-def _without_tags(loc: KeyPath, words: Any) -> KeyPath:
+def _without_tags(loc: KeyPath, values: Any) -> KeyPath:
     """Return a pydantic location without the tags of unions in it."""
     keys: list[str | int] = [*loc[:1]]
-    words = words.get(loc[0])
+    values = values.get(loc[0])
     for step in loc[1:]:
-        inside = isinstance(words, dict) and step in words
-        if inside or (isinstance(words, list) and isinstance(step, int)):
+        inside = isinstance(values, dict) and step in values
+        if inside or (isinstance(values, list) and isinstance(step, int)):
             keys.append(step)
-            words = words[step]
+            values = values[step]
     return tuple(keys)
 
 
@@ -85,8 +85,8 @@ def validation_message(error: ErrorDetails) -> str:
         return str(context["error"])
     if error["type"] == "literal_error":
         expected = str(context["expected"]).replace("'", "")
-        words = expected.replace(" or ", ", ").split(", ")
-        hint = did_you_mean(closest_match(value, words)) if isinstance(value, str) else ""
+        choices = expected.replace(" or ", ", ").split(", ")
+        hint = did_you_mean(closest_match(value, choices)) if isinstance(value, str) else ""
         return f"must be {expected}, not {format_value(value)}{hint}"
     form = _MESSAGES.get(error["type"])
     if form and isinstance(value, list | dict):

@@ -36,38 +36,38 @@ from drysim.yaml_document import KeyPath
 
 
 def read_values(
-    reading: Reading, at: KeyPath, numeral: NumericKey, key: str, value: Any
+    reading: Reading, path: KeyPath, numeral: NumericKey, key: str, value: Any
 ) -> Axis | None:
     """Return the axis for the values of a key; None if they have an error."""
-    known = len(reading.problems)
+    noted = len(reading.problems)
     values: Sequence[float] = ()
-    words: Any = None
-    with reading.reporting(at):
+    entry: Any = None
+    with reading.reporting(path):
         if isinstance(value, list):
-            values = _read_list(reading, at, numeral, value)
-            words = list(values)
+            values = _read_list(reading, path, numeral, value)
+            entry = list(values)
         elif isinstance(value, Mapping):
-            values, words = _read_range(reading, at, numeral, value)
+            values, entry = _read_range(reading, path, numeral, value)
             if numeral.quantity is None:
                 spacing = next(name for name in Range.one_of[0] if name in value)
                 values = _whole_values(key, values, spacing)
         else:
             form = "a list such as `[1, 2]`, or {from, to, step}"
             raise ValueError(f"must be {form}; not {format_value(value)}")
-    if len(reading.problems) > known or words is None:
+    if len(reading.problems) > noted or entry is None:
         return None
-    return Axis(key, numeral.header, values, words)
+    return Axis(key, numeral.header, values, entry)
 
 
 def _read_list(
-    reading: Reading, at: KeyPath, numeral: NumericKey, entries: list[Any]
+    reading: Reading, path: KeyPath, numeral: NumericKey, entries: list[Any]
 ) -> tuple[float, ...]:
     """Return the values of a list."""
     if not entries:
         raise ValueError("has no values")
     values: dict[float, None] = {}  # in order
     for i, entry in enumerate(entries):
-        with reading.reporting((*at, i)):
+        with reading.reporting((*path, i)):
             value = numeral.read(entry)
             if value in values:
                 raise ValueError(f"is a duplicate: {format_value(entry)}")
@@ -76,31 +76,31 @@ def _read_list(
 
 
 def _read_range(
-    reading: Reading, at: KeyPath, numeral: NumericKey, block: Mapping[str, Any]
+    reading: Reading, path: KeyPath, numeral: NumericKey, block: Mapping[str, Any]
 ) -> tuple[Sequence[float], Any]:
     """Return the values of a range and the range in SI, which is None after an error."""
-    words = reading.block(Range, block, at)
-    if not {"from", "to"} <= words.keys() or not {*Range.one_of[0]} & words.keys():
+    given = reading.block(Range, block, path)
+    if not {"from", "to"} <= given.keys() or not {*Range.one_of[0]} & given.keys():
         return (), None  # reported
-    if (ends := read_ends(reading, at, numeral, words)) is None:
+    if (ends := read_ends(reading, path, numeral, given)) is None:
         return (), None
-    known: dict[str, Any] = dict(zip(("from", "to"), ends, strict=True))
-    if "step" in words:
-        step, values = _step_values(numeral.unit, *ends, words["step"])
-        return values, {**known, "step": step}
-    count, scale = words.get("count"), words.get("scale", "linear")
-    if "per_octave" in words:
-        count, scale = _count_in_octaves(*ends, words["per_octave"]), "log"
+    entry: dict[str, Any] = dict(zip(("from", "to"), ends, strict=True))
+    if "step" in given:
+        step, values = _step_values(numeral.unit, *ends, given["step"])
+        return values, {**entry, "step": step}
+    count, scale = given.get("count"), given.get("scale", "linear")
+    if "per_octave" in given:
+        count, scale = _count_in_octaves(*ends, given["per_octave"]), "log"
     values = _count_values(*ends, count, scale)
-    return values, {**known, "count": count, "scale": scale}
+    return values, {**entry, "count": count, "scale": scale}
 
 
 def read_ends(
-    reading: Reading, at: KeyPath, numeral: NumericKey, words: Mapping[str, Any]
+    reading: Reading, path: KeyPath, numeral: NumericKey, values: Mapping[str, Any]
 ) -> tuple[float, float] | None:
     """Return `from` and `to` of a range; None if one of them is missing or has an error."""
-    ends = {name: words[name] for name in ("from", "to") if name in words}
-    numbers = _read_numbers(reading, at, numeral, ends)
+    ends = {name: values[name] for name in ("from", "to") if name in values}
+    numbers = _read_numbers(reading, path, numeral, ends)
     if len(numbers) < 2:
         return None
     if numbers["from"] >= numbers["to"]:
@@ -109,15 +109,15 @@ def read_ends(
 
 
 def _read_numbers(
-    reading: Reading, at: KeyPath, numeral: NumericKey, words: Mapping[str, Any]
+    reading: Reading, path: KeyPath, numeral: NumericKey, values: Mapping[str, Any]
 ) -> dict[str, float]:
     """Return the valid values of keys whose values are in the unit of a swept key."""
-    found = {}
-    for name, value in words.items():
-        with reading.reporting((*at, name)):
+    numbers = {}
+    for name, value in values.items():
+        with reading.reporting((*path, name)):
             quantity = Quantity(numeral.unit, above=0) if name == "sd" else numeral
-            found[name] = quantity.read(value)
-    return found
+            numbers[name] = quantity.read(value)
+    return numbers
 
 
 def _step_values(
@@ -181,10 +181,10 @@ def _whole_number(value: Any, key: str) -> int:
     return number
 
 
-def _whole_values(key: str, values: Sequence[float], at: str) -> Sequence[float]:
+def _whole_values(key: str, values: Sequence[float], path: str) -> Sequence[float]:
     """Return the values of an integer key as integers."""
     if fractional := next((value for value in values if not float(value).is_integer()), None):
-        raise InvalidValue(f"gives {fractional:.6g}, but {key} takes whole numbers", at)
+        raise InvalidValue(f"gives {fractional:.6g}, but {key} takes whole numbers", path)
     return tuple(int(value) for value in values)
 
 
@@ -192,13 +192,13 @@ def _whole_values(key: str, values: Sequence[float], at: str) -> Sequence[float]
 
 
 def read_whole_number(
-    reading: Reading, at: KeyPath, words: Mapping[str, Any], name: str, least: int, most: int
+    reading: Reading, path: KeyPath, values: Mapping[str, Any], name: str, least: int, most: int
 ) -> int | None:
     """Return an integer within bounds; None if it has an error."""
-    if words.get(name) is None:
+    if values.get(name) is None:
         return None  # reported when the block was read
-    with reading.reporting(at):
-        value = _whole_number(words[name], name)
+    with reading.reporting(path):
+        value = _whole_number(values[name], name)
         if least <= value <= most:
             return value
         raise InvalidValue(f"must be {least} to {most:.0e}, not {format_value(value)}", name)
@@ -206,34 +206,34 @@ def read_whole_number(
 
 
 def read_distribution(
-    reading: Reading, at: KeyPath, value: Any, numeral: NumericKey
+    reading: Reading, path: KeyPath, value: Any, numeral: NumericKey
 ) -> tuple[Distribution, dict[str, Any]] | None:
     """Return a distribution and its block in SI; None if it has an error."""
     noted = len(reading.problems)
-    with reading.reporting(at):
+    with reading.reporting(path):
         if not isinstance(value, Mapping):
             form = "{from, to}, or a distribution such as {distribution: normal, mean, sd}"
             raise ValueError(f"must be {form}; not {format_value(value)}")
         if numeral.quantity is None:
             sentence = "takes whole numbers, which sample does not support"
             raise ValueError(f"{sentence}; list them in sweep")
-        words = reading.block(Draw, value, at)
-        kind = words.get("distribution", "uniform")
+        parameters = reading.block(Draw, value, path)
+        kind = parameters.get("distribution", "uniform")
         if not isinstance(kind, str) or kind not in Draw.parameters:
             sentence = f"must be {', '.join(Draw.parameters)}; not {format_value(kind)}"
             raise InvalidValue(sentence, "distribution")
         needed, allowed = Draw.parameters[kind]
         for name in needed:
-            if name not in words:
-                reading.fault(f"{dotted_name((*at, name))} is required ({kind})", at)
-        for name in words.keys() - {*needed, *allowed, "distribution"}:
+            if name not in parameters:
+                reading.fault(f"{dotted_name((*path, name))} is required ({kind})", path)
+        for name in parameters.keys() - {*needed, *allowed, "distribution"}:
             sentence = f"is not used for a {kind} distribution"
-            reading.report_value(sentence, (*at, name), at_key=True)
-        options = {n: words[n] for n in ("scale", "distribution") if n in words}
-        numbers = {n: words[n] for n in words if n not in options}
-        values = _read_numbers(reading, at, numeral, numbers)
+            reading.report_value(sentence, (*path, name), at_key=True)
+        options = {n: parameters[n] for n in ("scale", "distribution") if n in parameters}
+        numbers = {n: parameters[n] for n in parameters if n not in options}
+        values = _read_numbers(reading, path, numeral, numbers)
         if len(reading.problems) == noted:
-            scale = words.get("scale", "linear")
+            scale = parameters.get("scale", "linear")
             return _make_distribution(kind, values, scale, numeral.quantity), values | options
     return None
 

@@ -69,23 +69,26 @@ def scenario_warnings(
     """
     if motion is None and scenario.excitation.periodic:
         motion = scenario.excitation.motion()
-    found = [*_unit_warnings(scenario, motion)]
+    warnings = [*_unit_warnings(scenario, motion)]
     if isinstance(motion, Sines):
-        found += _step_warnings(scenario)
+        warnings += _step_warnings(scenario)
     elif isinstance(scenario.excitation, Record) and motion is not None:
-        found += _record_warnings(scenario, motion)
+        warnings += _record_warnings(scenario, motion)
     if motion is not None:
         if not any(axis.key.startswith(LOAD_PREFIXES) for axis in scenario.sweep):
-            found += _friction_warnings(scenario, motion)
-        found += [*_approach_warnings(scenario, motion), *_weighting_warnings(scenario, motion)]
-    found += [
+            warnings += _friction_warnings(scenario, motion)
+        warnings += [
+            *_approach_warnings(scenario, motion),
+            *_weighting_warnings(scenario, motion),
+        ]
+    warnings += [
         *_sweep_warnings(scenario),
         *_check_warnings(scenario),
         *_zero_force_warnings(scenario),
     ]
     if not compared:
-        found += [*_unused_option_warnings(scenario), *_unreadable_record_warnings(scenario)]
-    return tuple(found)
+        warnings += [*_unused_option_warnings(scenario), *_unreadable_record_warnings(scenario)]
+    return tuple(warnings)
 
 
 # Base motion, grid, friction, and approaches outside their range of validity
@@ -99,7 +102,7 @@ MAX_CHATTER = 0.5
 
 def _step_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of an output grid too coarse to plot the sines; for a sweep the worst case."""
-    found = []
+    warnings = []
     for case in extreme_cases(scenario):
         motion, step = case.excitation.motion(), case.solver.step
         assert isinstance(motion, Sines), "a sweep keeps the kind of excitation"
@@ -112,8 +115,8 @@ def _step_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
                 f"{1 / (f * MIN_STEPS_PER_PERIOD):.2g} s gives {MIN_STEPS_PER_PERIOD}"
             )
             numbers = {"solver.step": step or 0.0, "frequency": f, "steps": steps}
-            found.append(WarningMessage("coarse-step", sentence, numbers))
-    yield from sorted(found, key=lambda one: one.numbers["steps"])[:1]
+            warnings.append(WarningMessage("coarse-step", sentence, numbers))
+    yield from sorted(warnings, key=lambda warning: warning.numbers["steps"])[:1]
 
 
 MIN_PERIODS = 0.1
@@ -284,23 +287,27 @@ def _unit_warnings(
 
     For a sweep, the cases at both ends of each swept key are checked.
     """
-    found: dict[tuple[str, ...], WarningMessage] = {}
+    warnings: dict[tuple[str, ...], WarningMessage] = {}
     scenes: list[tuple[Scenario, Sines | Samples]] = []
     for case in extreme_cases(scenario):
-        own = motion if case.excitation is scenario.excitation else None
+        case_motion = motion if case.excitation is scenario.excitation else None
         if case is not scenario and case.excitation.periodic:  # its own motion
-            own = case.excitation.motion()
-        waves = _sine_warnings(own, case.excitation.phases) if isinstance(own, Sines) else ()
-        if own is not None:
-            scenes.append((case, own))
+            case_motion = case.excitation.motion()
+        waves = (
+            _sine_warnings(case_motion, case.excitation.phases)
+            if isinstance(case_motion, Sines)
+            else ()
+        )
+        if case_motion is not None:
+            scenes.append((case, case_motion))
         for warning in (
             *_length_warnings(case),
             *_oscillator_warnings(case),
             *_percent_warnings(case),
             *waves,
         ):
-            found.setdefault((warning.slug, *warning.numbers), warning)
-    yield from found.values()
+            warnings.setdefault((warning.slug, *warning.numbers), warning)
+    yield from warnings.values()
     yield from _remote_limit_warnings(scenario, scenes)
 
 
@@ -308,15 +315,15 @@ def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of lengths that look like millimetres."""
     m, k_x, _ = scenario.oscillator.plant()
     start = abs(scenario.start.x_r)
-    found = [(key, key, value) for key, value in _typed_limits(scenario.stroke)]
+    lengths = [(key, key, value) for key, value in _typed_limits(scenario.stroke)]
     if k_x * start / m >= HIGH_ACCELERATION:
-        found.append(("start.x_r", "start.x_r", start))
-    found += [
+        lengths.append(("start.x_r", "start.x_r", start))
+    lengths += [
         (what, key, check.limit)
         for what, key, check in _limits(scenario)
         if not check.unit and UNITS[check.metric] == "m"
     ]
-    for what, key, value in found:
+    for what, key, value in lengths:
         if value >= LONG_TRAVEL:
             typed = value / 1e6 if value >= MEGAMETRE_TYPO else value
             sentence = f"{what} is {value:g} m; if it is in millimetres, write `{typed:g} mm`"
@@ -325,11 +332,11 @@ def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 
 def _limits(scenario: Scenario) -> Iterator[tuple[str, str, Check]]:
     """Yield the checks, and the limits of a design study, each with its name and its key."""
-    for at, check in enumerate(scenario.checks):
-        yield f"the limit of the check `{check}`", f"checks.{at}", check
+    for i, check in enumerate(scenario.checks):
+        yield f"the limit of the check `{check}`", f"checks.{i}", check
     if scenario.design is not None:
-        for at, check in enumerate(scenario.design.within or ()):
-            yield f"the limit `{check}` of design.within", f"design.within.{at}", check
+        for i, check in enumerate(scenario.design.within or ()):
+            yield f"the limit `{check}` of design.within", f"design.within.{i}", check
 
 
 def _typed_limits(stroke: Stroke | None) -> Iterator[tuple[str, float]]:
@@ -396,19 +403,19 @@ def _expected_travel(scenario: Scenario, motion: Sines | Samples) -> float:
 def _percent_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of ratios that look like percentages."""
     key = "oscillator.damping_ratio"
-    found = [(key, key, scenario.oscillator.damping_ratio or 0.0, HIGH_DAMPING_RATIO)]
-    found += [
-        (what, at, check.limit, HIGH_RATIO)
-        for what, at, check in _limits(scenario)
+    shares = [(key, key, scenario.oscillator.damping_ratio or 0.0, HIGH_DAMPING_RATIO)]
+    shares += [
+        (what, path, check.limit, HIGH_RATIO)
+        for what, path, check in _limits(scenario)
         if not check.unit and check.metric in PERCENT_METRICS
     ]
     if (until := getattr(scenario.excitation, "until", None)) is not None:
         key = "excitation.until.half_width"
-        found.append((key, key, until.half_width, WIDE_INTERVAL))
-    for what, at, value, high in found:
+        shares.append((key, key, until.half_width, WIDE_INTERVAL))
+    for what, path, value, high in shares:
         if value >= high:
             sentence = f"{what} is {value:g}; if it is in percent, write `{value:g} %`"
-            yield WarningMessage("looks-like-percent", sentence, {at: value})
+            yield WarningMessage("looks-like-percent", sentence, {path: value})
 
 
 def _oscillator_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
@@ -545,18 +552,20 @@ def _metric_inputs(scenario: Scenario, point: Point) -> tuple[object, ...]:
 def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of checks that always or never hold, are duplicates or contradict each other."""
     accepted: dict[str, list[Check]] = {}
-    for at, check in enumerate(scenario.checks):
+    for i, check in enumerate(scenario.checks):
         before = accepted.setdefault(check.metric, [])
-        duplicate = next((one for one in before if _is_same_check(one, check)), None)
+        duplicate = next(
+            (earlier for earlier in before if _is_same_check(earlier, check)), None
+        )
         opposite = next(
             (
-                one
-                for one in before
-                if one.contradicts(check) and _apply_together(scenario, one, check)
+                earlier
+                for earlier in before
+                if earlier.contradicts(check) and _apply_together(scenario, earlier, check)
             ),
             None,
         )
-        answer, numbers = check.constant_result, {f"checks.{at}": check.limit}
+        answer, numbers = check.constant_result, {f"checks.{i}": check.limit}
         if lacking := _lacking_need(scenario, check):
             sentence = (
                 f"the check `{check}` cannot hold: {check.metric} is not available without "
@@ -600,24 +609,24 @@ def _lacking_need(scenario: Scenario, check: Check) -> Need | None:
     )
 
 
-def _is_same_check(one: Check, other: Check) -> bool:
+def _is_same_check(check: Check, other: Check) -> bool:
     """Return whether two checks of one metric are equivalent."""
-    alike = isclose(one.limit, other.limit, rel_tol=LIMIT_ROUNDING)
-    same = (one.op, one.judges) == (other.op, other.judges)
-    return alike and same and {*one.conditions} == {*other.conditions}
+    alike = isclose(check.limit, other.limit, rel_tol=LIMIT_ROUNDING)
+    same = (check.op, check.judges) == (other.op, other.judges)
+    return alike and same and {*check.conditions} == {*other.conditions}
 
 
 def _apply_together(scenario: Scenario, *checks: Check) -> bool:
     """Return whether checks can apply to one case of a sweep, judged key by key."""
     swept = {axis.key: axis.values for axis in scenario.sweep}
-    conditions = [one for check in checks for one in check.conditions]
-    for key in {one.key for one in conditions}:
-        asked = [one for one in conditions if one.key == key]
+    conditions = [condition for check in checks for condition in check.conditions]
+    for key in {condition.key for condition in conditions}:
+        asked = [condition for condition in conditions if condition.key == key]
         default = asked[0].here
         values = swept.get(key, [nan if default is None else default])
         if len(values) > MAX_SCANNED_VALUES:
             continue
-        if not any(all(one.holds({key: v}) for one in asked) for v in values):
+        if not any(all(condition.holds({key: v}) for condition in asked) for v in values):
             return False
     return True
 
@@ -653,14 +662,14 @@ def _unused_option_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
                 "are used in comparisons only"
             )
             yield WarningMessage("no-effect", sentence)
-    words = scenario.file_block("friction")
-    law = words.get(LAW_KEY)
-    own = words.get(law) if isinstance(law, str) else None
-    if not isinstance(law, str) or not isinstance(own, Mapping):
+    friction = scenario.file_block("friction")
+    law = friction.get(LAW_KEY)
+    options = friction.get(law) if isinstance(law, str) else None
+    if not isinstance(law, str) or not isinstance(options, Mapping):
         return
     if not _is_chosen_by_override(scenario, f"friction.{LAW_KEY}", f"friction.{law}"):
-        for key in sorted(words.keys() & excluded_keys(law, own)):
-            replacement = key if key in own else ", ".join(own)
+        for key in sorted(friction.keys() & excluded_keys(law, options)):
+            replacement = key if key in options else ", ".join(options)
             sentence = f"friction.{key} has no effect: friction.{law}.{replacement} replaces it"
             yield WarningMessage("no-effect", sentence)
 

@@ -47,8 +47,8 @@ def scene_frequencies(
     excitation: Excitation | None, friction: Friction | None
 ) -> tuple[float, ...]:
     """Return all frequencies [Hz] of a periodic base motion and the normal force."""
-    found = excitation.frequencies if excitation else ()
-    return (*found, *friction.frequencies) if found and friction else found
+    frequencies = excitation.frequencies if excitation else ()
+    return (*frequencies, *friction.frequencies) if frequencies and friction else frequencies
 
 
 def is_steady_by_default(excitation: Excitation | None, friction: Friction | None) -> bool:
@@ -82,26 +82,26 @@ def times_in_seconds(
     InvalidValue
         If a common period is needed and there is none.
     """
-    words = dict(measure)
-    words.setdefault("steady", steady and not {"settle", "duration"} & words.keys())
+    times = dict(measure)
+    times.setdefault("steady", steady and not {"settle", "duration"} & times.keys())
     period = None if frequencies is None else common_period(frequencies)
     for key in ("settle", "duration"):
         count = (
-            _PERIODS_PATTERN.fullmatch(words[key]) if isinstance(words.get(key), str) else None
+            _PERIODS_PATTERN.fullmatch(times[key]) if isinstance(times.get(key), str) else None
         )
         if count and period is None and frequencies is not None:
-            sentence = f"{format_value(words[key])} needs a periodic base motion; give seconds"
+            sentence = f"{format_value(times[key])} needs a periodic base motion; give seconds"
             raise InvalidValue(sentence, key)
         if count:
-            words[key] = float(count[1]) * (period or 1.0)
-    if words["steady"] is True and period is None and frequencies:
+            times[key] = float(count[1]) * (period or 1.0)
+    if times["steady"] is True and period is None and frequencies:
         listed = " and ".join(f"{frequency:.12g} Hz" for frequency in frequencies[-2:])
         raise InvalidValue(
             f"needs a common period, and {listed} have none within {MAX_PERIODS} periods; "
             "give measure.settle and measure.duration",
             "steady",
         )
-    return words
+    return times
 
 
 def has_recorded_normal_force(friction: Friction | None) -> bool:

@@ -210,7 +210,7 @@ class CaseRanges(LazySequence[CaseRange]):
         """Return the number of ranges."""
         return self._ends[-1]
 
-    def one(self, number: int) -> CaseRange:
+    def item(self, number: int) -> CaseRange:
         """Return the range with this number."""
         i = bisect_right(self._ends, number)
         begin = (number - self._ends[i] + self._counts[i]) * self._lengths[i]

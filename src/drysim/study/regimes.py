@@ -220,7 +220,7 @@ def read_axis(scenario: Scenario, axis: Axis) -> KeyRange:
             "excitation"
         )
         raise scenario.error(sentence, at)
-    if not isinstance(axis.words, Mapping):
+    if not isinstance(axis.entry, Mapping):
         low, high = min(axis.values), max(axis.values)
         sentence = (
             f"{axis.key} has a list of values; a map needs a range, such as "

@@ -246,7 +246,7 @@ def search(
     """
     random, objectives = np.random.default_rng(SEED), len(least)
     starts = STARTS_PER_KEY * dimensions
-    points = Points("latin", starts, dimensions, SEED).at(np.arange(starts))
+    points = Points("latin", starts, dimensions, SEED).take(np.arange(starts))
     # The first few fill the box as well, if there are to be no more.
     order = spread_points(points, np.full(starts, np.inf), starts)
     found = evaluate(points[order[:limit]])

@@ -339,7 +339,7 @@ class Rows(LazySequence[Row]):
         """Return the number of rows."""
         return f"<Rows: {len(self)}>"
 
-    def one(self, number: int) -> Row:
+    def item(self, number: int) -> Row:
         """Return one row."""
         at = bisect_right(self._firsts, number) - 1
         return self.batches[at].row(number - self._firsts[at])

@@ -165,9 +165,9 @@ class StoredBatches(LazySequence[Batch]):
     def texts(self, as_text: AsText) -> Iterator[bytes]:
         """Yield the text of each batch; `as_text` formats those that have none."""
         for number, case_range in enumerate(self._ranges):
-            yield self._store.text(case_range) or as_text(self.one(number))
+            yield self._store.text(case_range) or as_text(self.item(number))
 
-    def one(self, number: int) -> Batch:
+    def item(self, number: int) -> Batch:
         """Return one batch."""
         if number < len(self._in_memory):
             return self._in_memory[number]

@@ -190,7 +190,7 @@ class Table(Result):
             return None
         length = chain_length(self.axes)
         T_a = self._column(own, lambda batch: batch.metrics["T_a"]).reshape(2, -1, length)
-        values = self.axes[0].at(np.arange(length))
+        values = self.axes[0].take(np.arange(length))
         with np.errstate(invalid="ignore"):
             gap = abs(T_a[0] - T_a[1]) / np.fmax(*T_a)
         gap = np.where(np.isnan(T_a[0]) == np.isnan(T_a[1]), np.nan_to_num(gap), np.inf)
