@@ -126,10 +126,10 @@ def convert(text: str, unit: str) -> float:
     ValueError
         With a sentence, if the text is no number with a unit of the right quantity.
     """
-    unit, words = UNIT_SYNONYMS.get(unit, unit), text.translate(_ASCII_CHARACTERS).strip()
-    if re.match(r"[-+]?[0-9]+,[0-9]", words):
+    unit, plain = UNIT_SYNONYMS.get(unit, unit), text.translate(_ASCII_CHARACTERS).strip()
+    if re.match(r"[-+]?[0-9]+,[0-9]", plain):
         raise ValueError(f"`{shorten(text)}` has a comma; write numbers with a decimal point")
-    number, rest = NUMBER_PATTERN.match(words), unit_suffix(text)
+    number, rest = NUMBER_PATTERN.match(plain), unit_suffix(text)
     if number is None or (rest and not _UNIT_START.match(rest)):
         kind = f"a number [{unit}] or a number with a unit" if unit else "a number"
         raise ValueError(f"must be {kind}, not `{shorten(text)}`")
@@ -145,9 +145,9 @@ def convert(text: str, unit: str) -> float:
 
 def unit_suffix(text: str) -> str:
     """Return the unit that follows the number in a text; empty if there is none."""
-    words = text.translate(_ASCII_CHARACTERS).strip()
-    number = NUMBER_PATTERN.match(words)
-    return words[number.end() :].strip() if number else ""
+    plain = text.translate(_ASCII_CHARACTERS).strip()
+    number = NUMBER_PATTERN.match(plain)
+    return plain[number.end() :].strip() if number else ""
 
 
 def _exact_factor(scale: float) -> Fraction:
@@ -176,8 +176,8 @@ def conversion_factor(unit_text: str, unit: str) -> float:
     if len(unit_text) > MAX_UNIT_LENGTH:
         raise ValueError(f"unknown unit `{shorten(unit_text)}`")
     spelling = _canonical_spelling(unit_text)
-    known = UNIT_FACTORS[unit].get(spelling)
-    return float(known) if known is not None else _pint_factor(unit_text, spelling, unit)
+    factor = UNIT_FACTORS[unit].get(spelling)
+    return float(factor) if factor is not None else _pint_factor(unit_text, spelling, unit)
 
 
 def is_common_unit(unit_text: str, unit: str) -> bool:
@@ -217,16 +217,16 @@ def _canonical_spelling(unit_text: str) -> str:
 
 def _pint_factor(unit_text: str, spelling: str, unit: str) -> float:
     """Return the conversion factor of an uncommon unit from pint."""
-    found = _look_up_in_pint(spelling)
-    if found is None:
+    source = _look_up_in_pint(spelling)
+    if source is None:
         nearest = closest_match(unit_text.strip(), UNIT_FACTORS[unit]) or ""
         hint = did_you_mean(nearest.replace("^2", "²"))
         raise ValueError(f"unknown unit `{shorten(unit_text)}`{hint}")
     target = _pint_unit_of(unit)
     # rad/s is a frequency of 1/2π Hz; in other units that are no angles a radian is an error.
-    if unit == "Hz" and found.angle and found.dimension == target.dimension:
-        return found.factor / (2 * math.pi)
-    if found[1:] != target[1:]:
+    if unit == "Hz" and source.angle and source.dimension == target.dimension:
+        return source.factor / (2 * math.pi)
+    if source[1:] != target[1:]:
         hint = did_you_mean(
             next((u for u in UNIT_FACTORS[unit] if u.lower() == spelling.lower()), None)
         )
@@ -234,7 +234,7 @@ def _pint_factor(unit_text: str, spelling: str, unit: str) -> float:
         same = [
             QUANTITY_NAMES[unit]
             for unit in UNIT_FACTORS
-            if _pint_unit_of(unit)[1:] == found[1:]
+            if _pint_unit_of(unit)[1:] == source[1:]
         ]
         usually = [
             QUANTITY_NAMES[unit] for unit in UNIT_FACTORS if spelling in UNIT_FACTORS[unit]
@@ -242,16 +242,16 @@ def _pint_factor(unit_text: str, spelling: str, unit: str) -> float:
         wrong = " or ".join(dict.fromkeys([*same[:1], *usually])) or "something else"
         named = f"{QUANTITY_NAMES[unit]} [{unit}]" if unit else "a plain number"
         raise ValueError(f"`{shorten(unit_text)}` is a unit of {wrong}, not {named}{hint}")
-    computed = found.factor / target.factor
+    computed = source.factor / target.factor
     decimal = float(f"{computed:.12g}")  # removes pint's rounding of e.g. 0.0254
     return decimal if math.isclose(decimal, computed, rel_tol=1e-15) else computed
 
 
 def _pint_unit_of(unit: str) -> _PintUnit:
     """Return the properties of a unit of `QUANTITY_NAMES` according to pint."""
-    found = _look_up_in_pint(next(iter(UNIT_FACTORS[unit])) if unit else "m/m")
-    assert found is not None
-    return found
+    pint_unit = _look_up_in_pint(next(iter(UNIT_FACTORS[unit])) if unit else "m/m")
+    assert pint_unit is not None
+    return pint_unit
 
 
 @cache

@@ -81,26 +81,26 @@ def format_range(
     if low is None and high is None:
         return UNKNOWN
     if high is None:
-        words = f"at least {first}"
+        text = f"at least {first}"
     elif low is None:
-        words = f"at most {last}"
+        text = f"at most {last}"
     else:
-        words = first if first == last else f"{first} to {last}"
-    return with_unit(words, unit)
+        text = first if first == last else f"{first} to {last}"
+    return with_unit(text, unit)
 
 
 def format_distinct(values: Sequence[float]) -> list[str]:
     """Return values as text, with as many digits as needed to distinguish them."""
     for digits in range(SIGNIFICANT_DIGITS, 18):
-        words = [format_number(value, digits=digits) for value in values]
-        if len({*words}) == len({*values}):
+        texts = [format_number(value, digits=digits) for value in values]
+        if len({*texts}) == len({*values}):
             break
-    return words
+    return texts
 
 
-def with_unit(words: str, unit: str) -> str:
+def with_unit(text: str, unit: str) -> str:
     """Return text followed by a unit; empty or a dash for none."""
-    return f"{words} {unit}" if unit not in ("", "-", "–") else words
+    return f"{text} {unit}" if unit not in ("", "-", "–") else text
 
 
 def format_deviation(deviation: float, half_width: float | None = None, digits: int = 3) -> str:
@@ -131,8 +131,8 @@ def format_interval(value: float | None, half_width: float | None, unit: str = "
     places = 1 - floor(log10(half_width))
     if places < 0 or max(abs(value), half_width) < 1e-3 or half_width >= 1e6:
         return f"{format_number(value)} ± {format_number(half_width, unit, 2)}"
-    words = f"{value + 0.0:.{places}f} ± {half_width:.{places}f}"
-    return f"{words} {unit}" if unit else words
+    text = f"{value + 0.0:.{places}f} ± {half_width:.{places}f}"
+    return f"{text} {unit}" if unit else text
 
 
 class LengthUnit(NamedTuple):

@@ -297,8 +297,8 @@ def _suggest_file(path: Path) -> str:
 
 def _suggest_file_inside(path: Path) -> str:
     """Return a hint with the only scenario of a folder."""
-    found = [*path.glob("*.yaml"), *path.glob("*.yml")]
-    return did_you_mean(str(found[0])) if len(found) == 1 else "; name a file in it"
+    files = [*path.glob("*.yaml"), *path.glob("*.yml")]
+    return did_you_mean(str(files[0])) if len(files) == 1 else "; name a file in it"
 
 
 # Text to tree.
@@ -415,10 +415,10 @@ class _TreeBuilder:
         """Return the mapping that starts here."""
         values: dict[str, Node] = {}
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
-            known = len(self.problems)
+            noted = len(self.problems)
             key = self.node(event, depth + 1)
             if isinstance(key.value, dict | list):
-                del self.problems[known:]  # one error is enough for a key such as `{{ mass }}`
+                del self.problems[noted:]  # one error is enough for a key such as `{{ mass }}`
             child = self.node(next(self.events), depth + 1)
             if sentence := _key_error(event, values):
                 self.problems.append(key.location.problem(sentence))
@@ -447,13 +447,13 @@ class _TreeBuilder:
         return self.locator((start.line, start.column), (end.line, end.column))
 
 
-def _key_error(event: Any, known: dict[str, Node]) -> str:
+def _key_error(event: Any, values: dict[str, Node]) -> str:
     """Return why a key is rejected; empty if it is accepted."""
     if not isinstance(event, yaml.ScalarEvent):
         return "a key must be a word"
     if event.value == UNREAD_KEYS:
         return "merge keys are not supported; write the keys out, or `key: *alias`"
-    if first := known.get(event.value):
+    if first := values.get(event.value):
         line = first.key.line if first.key else 0
         where = f"; the first is in line {line}" if line else ""
         return f"duplicate key `{shorten(event.value)}`{where}"
@@ -474,32 +474,32 @@ class _ErrorContext(NamedTuple):
     """
 
     lines: list[str]
-    at: Position
+    stop: Position
     start: Position
     locator: Locator
 
     @property
     def line(self) -> str:
         """The line in which the parser stopped."""
-        return self.lines[self.at[0]] if self.at[0] < len(self.lines) else ""
+        return self.lines[self.stop[0]] if self.stop[0] < len(self.lines) else ""
 
     @property
     def sign(self) -> str:
         """The character at which the parser stopped; empty at the end of the line."""
-        return self.line[self.at[1] : self.at[1] + 1]
+        return self.line[self.stop[1] : self.stop[1] + 1]
 
-    def here(self, sentence: str, at: Position | None = None, width: int = 1) -> Problem:
+    def here(self, sentence: str, position: Position | None = None, width: int = 1) -> Problem:
         """Return a problem at the position of the error, or at another one."""
-        line, column = at or self.at
+        line, column = position or self.stop
         return self.locator((line, column), (line, column + width)).problem(sentence)
 
 
 def explain_error(fault: yaml.MarkedYAMLError, text: str, locator: Locator) -> Problem:
     """Return a located explanation of an error of the YAML parser."""
     mark, context = fault.problem_mark or fault.context_mark, fault.context_mark
-    at = (mark.line, mark.column) if mark else (0, 0)
-    start = (context.line, context.column) if context else at
-    error_context = _ErrorContext(split_lines(text), at, start, locator)
+    stop = (mark.line, mark.column) if mark else (0, 0)
+    start = (context.line, context.column) if context else stop
+    error_context = _ErrorContext(split_lines(text), stop, start, locator)
     what = f"{fault.problem or ''} {fault.context or ''}"
     if "mapping values" in what or "expected ':'" in what:
         return _explain_colon_error(error_context)
@@ -511,7 +511,7 @@ def explain_error(fault: yaml.MarkedYAMLError, text: str, locator: Locator) -> P
         )
     if "expected ',' or" in what:
         opening, closing = ("{", "}") if "mapping" in what else ("[", "]")
-        if at[0] > start[0]:
+        if stop[0] > start[0]:
             return error_context.here(f"this `{opening}` is not closed by `{closing}`", start)
         return error_context.here(f"`,` or `{closing}` is missing before this")
     if "end of stream" in what and "quoted" in what:
@@ -519,7 +519,7 @@ def explain_error(fault: yaml.MarkedYAMLError, text: str, locator: Locator) -> P
     if "escape" in what:
         return error_context.here("unknown escape in double quotes; use single quotes", start)
     if re.search(r"expected (key|<block end>|'-' indicator)", what):
-        if error_context.line[: error_context.at[1]].strip():
+        if error_context.line[: error_context.stop[1]].strip():
             return error_context.here("unexpected text after the value")
         sentence = "the indentation of this line matches no block above"
         return error_context.here(sentence, *_first_word(error_context))
@@ -534,13 +534,13 @@ def explain_error(fault: yaml.MarkedYAMLError, text: str, locator: Locator) -> P
 
 def _explain_colon_error(error_context: _ErrorContext) -> Problem:
     """Explain an error caused by a missing or superfluous colon."""
-    lines, last = error_context.lines, error_context.at[0]
+    lines, last = error_context.lines, error_context.stop[0]
     for number in range(last, max(-1, last - 3), -1):
         if glued := _MISSING_SPACE.match(lines[number] if number < len(lines) else ""):
-            words = f"`{shorten(glued[2])}: {shorten(glued[3])}`"
-            sentence = f"a space is missing after the colon: {words}"
+            quoted = f"`{shorten(glued[2])}: {shorten(glued[3])}`"
+            sentence = f"a space is missing after the colon: {quoted}"
             return error_context.here(sentence, (number, len(glued[1])), len(glued[2]))
-    if ": " in error_context.line[: error_context.at[1]]:
+    if ": " in error_context.line[: error_context.stop[1]]:
         return error_context.here("a second `: ` in one value; put the value in quotes")
     number = next((n for n in reversed(range(last)) if lines[n].strip()), last)
     before = lines[number]
@@ -553,7 +553,7 @@ def _explain_colon_error(error_context: _ErrorContext) -> Problem:
 
 def _first_word(error_context: _ErrorContext) -> tuple[Position, int]:
     """Return the position and length of the first word of the line."""
-    return (error_context.at[0], _indent(error_context.line)), len(
+    return (error_context.stop[0], _indent(error_context.line)), len(
         (error_context.line.split() or [""])[0]
     )
 
@@ -636,14 +636,16 @@ def _override_items(overrides: Overrides) -> Iterator[tuple[Location, str, objec
                 value,
             )
         return
-    words = [overrides] if isinstance(overrides, str) else overrides
-    if not isinstance(words, Sequence) or not all(isinstance(word, str) for word in words):
+    assignments = [overrides] if isinstance(overrides, str) else overrides
+    if not isinstance(assignments, Sequence) or not all(
+        isinstance(word, str) for word in assignments
+    ):
         given = shorten(repr(overrides), MAX_OVERRIDE_LENGTH)
         raise UsageError(
             "overrides must be a mapping by dotted key, or words such as "
             f"`friction.kinetic=30`, not {given}"
         )
-    for word in words:
+    for word in assignments:
         key, equals, text = word.partition("=")
         label = word.label if isinstance(word, OptionOverride) else f"--set {word}"
         yield (
@@ -671,10 +673,10 @@ def _join_dotted_key(tree: Node, path: list[str], rest: list[str]) -> list[str]:
     for name in path:
         inside = block is not None and isinstance(block.value, dict)
         block = block.value.get(name) if block is not None and inside else None
-    known = block.value if block is not None and isinstance(block.value, dict) else {}
+    keys = block.value if block is not None and isinstance(block.value, dict) else {}
     for end in range(len(rest), 0, -1):
         key = ".".join(rest[:end])
-        if key in known:
+        if key in keys:
             return [*path, key, *rest[end:]]
     return [*path, ".".join(rest)] if rest else path
 

@@ -103,8 +103,10 @@ def extremes(values: Signal) -> tuple[float, float]:
 
 def indices_of(values: Signal, wanted: float) -> NDArray[np.intp]:
     """Return the 0-based indices of the samples that equal a value."""
-    found = [np.flatnonzero(part == wanted) for part in blocks(values)]
-    return np.concatenate([at + number * BLOCK_SIZE for number, at in enumerate(found)])
+    indices = [np.flatnonzero(part == wanted) for part in blocks(values)]
+    return np.concatenate(
+        [places + number * BLOCK_SIZE for number, places in enumerate(indices)]
+    )
 
 
 # Repeated values.
@@ -121,9 +123,9 @@ def frozen_stretches(values: Signal) -> list[Stretch]:
 
     At its smallest or largest value it is clipped; 0 is that of a lost signal.
     """
-    found, limits = list[Stretch](), {x for x in extremes(values) if x}
-    for at in range(0, len(values), PIECE):
-        part = values[at : at + PIECE]
+    stretches, limits = list[Stretch](), {x for x in extremes(values) if x}
+    for begin in range(0, len(values), PIECE):
+        part = values[begin : begin + PIECE]
         first, counts = repetitions(part)
         longest = int(counts.max())
         if longest < MIN_FROZEN:
@@ -142,8 +144,8 @@ def frozen_stretches(values: Signal) -> list[Stretch]:
             turns = turned[max(k - 1, 0)], turned[-2] - turned[min(k, len(turned) - 2)]
             stretch = Stretch(int(first[k]), int(counts[k]), float(level[k]) or 0.0)  # never -0
             if min(turns) >= MIN_TURNS and not _is_plateau(part, *stretch[:2], digit):
-                found.append(stretch._replace(first=at + stretch.first))
-    return found
+                stretches.append(stretch._replace(first=begin + stretch.first))
+    return stretches
 
 
 # Clipped peaks.
@@ -151,9 +153,9 @@ def frozen_stretches(values: Signal) -> list[Stretch]:
 
 def clipped_peaks(values: Signal, limit: float) -> list[Stretch]:
     """Return the peaks that are cut off at the smallest or largest value of a signal."""
-    found = []
-    for at in range(0, len(values), PIECE):
-        part = values[at : at + PIECE]
+    peaks = []
+    for begin in range(0, len(values), PIECE):
+        part = values[begin : begin + PIECE]
         part = part[~np.isnan(part)] if np.isnan(part).any() else part
         first, counts = repetitions(part)
         at_limit = (part[first] == limit) & (counts >= MIN_CLIPPED_SAMPLES)
@@ -186,8 +188,8 @@ def clipped_peaks(values: Signal, limit: float) -> list[Stretch]:
             usual = int(counts[beside].max())
             if usual > 1:
                 cut = [k for k in runs if counts[k] > SLOW_RATIO * usual]
-        found += [Stretch(at + int(first[k]), int(counts[k]), limit) for k in cut]
-    return found
+        peaks += [Stretch(begin + int(first[k]), int(counts[k]), limit) for k in cut]
+    return peaks
 
 
 def _is_plateau(values: Floats, first: int, count: int, digit: float) -> bool:

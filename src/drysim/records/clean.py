@@ -83,7 +83,7 @@ class TimeGrid(NamedTuple):
     """Time step [s]; for uneven times the mean without gaps."""
     first: float
     """First time [s]."""
-    at: Floats | None = None
+    offsets: Floats | None = None
     """Sample positions [dt] from the first, shape (n,); None if no sample is missing. They are
     whole numbers unless the times are uneven or go on beside the grid after a gap."""
     spread: tuple[float, float] | None = None
@@ -91,7 +91,7 @@ class TimeGrid(NamedTuple):
 
     def positions(self, n: int) -> Floats:
         """Return the positions [dt] of all n samples from the first."""
-        return np.arange(float(n)) if self.at is None else self.at
+        return np.arange(float(n)) if self.offsets is None else self.offsets
 
 
 class Series(NamedTuple):
@@ -141,10 +141,10 @@ def fit_grid(
         return TimeGrid(dt, first)
     usual = float(np.median(steps))
     # Missing rows: assign each time to the nearest multiple of the median step.
-    at = np.concatenate(([0.0], np.cumsum(np.rint(steps / usual))))
-    dt = _even_step(t, at, digit, second) if at[-1] >= len(t) else None
+    positions = np.concatenate(([0.0], np.cumsum(np.rint(steps / usual))))
+    dt = _even_step(t, positions, digit, second) if positions[-1] >= len(t) else None
     if dt is not None:
-        return TimeGrid(dt, first, at)
+        return TimeGrid(dt, first, positions)
     is_gap = steps > MIN_GAP_STEPS * usual
     if not may_jitter:
         grid = _fit_parts(t, is_gap, digit, second)
@@ -169,12 +169,12 @@ def _backward_error(t: Floats, row: int, columns: Columns, index: int) -> Record
     what = f"from {t[row - 1]:.12g} to {t[row]:.12g}"
     if t[row] == t[row - 1]:
         remedy = _describe_pause(t, columns) or POOR_TIMES_HINT
-        return columns.at(row, index, f"time repeats: {what}; {remedy}")
+        return columns.error_at(row, index, f"time repeats: {what}; {remedy}")
     sentence, line = f"time decreases: {what}", columns.line_of(row)
     if len(falls) > 1:
         sentence += f", the first of {len(falls)} such rows"
     if not line:
-        return columns.at(row, index, sentence)
+        return columns.error_at(row, index, sentence)
     is_restart = t[row - 1] - t[row] > (t[row - 1] - t[0]) / 2
     if is_reversed or not is_restart or (row < MIN_FIRST_PART and len(falls) > 1):
         remedy = "sort the rows by time"
@@ -185,7 +185,7 @@ def _backward_error(t: Floats, row: int, columns: Columns, index: int) -> Record
         remedy = (
             f"a second record begins here: `rows: {{to: {line - 1}}}` reads the first{first}"
         )
-    return columns.at(row, index, f"{sentence}: {remedy}")
+    return columns.error_at(row, index, f"{sentence}: {remedy}")
 
 
 def _describe_pause(t: Floats, columns: Columns) -> str:
@@ -238,31 +238,35 @@ def _fit_parts(
     return TimeGrid(dt, float(t[0]) * second, (t[begin] - t[0]) / step + count)
 
 
-def _even_step(t: Floats, at: Floats, digit: float, second: float) -> float | None:
+def _even_step(t: Floats, positions: Floats, digit: float, second: float) -> float | None:
     """Return the step [s] of times at integer multiples of it; None if there is none.
 
     `digit` is the unit of the last printed digit.
     """
-    dt = float(t[-1] - t[0]) / float(at[-1])
+    dt = float(t[-1] - t[0]) / float(positions[-1])
     largest = float(np.abs(t[[0, -1]]).max())
     rounding = LAST_DIGIT_ERROR * digit + 4 * np.spacing(largest)
     slack = max(rounding, MAX_JITTER * dt, SINGLE_PRECISION * largest)
     # Prefer an integer rate [Hz] if the printed digits allow it.
     rate = round(1 / max(dt * second, MIN_STEP))
-    if rate and _grid_deviation(t, at, 1 / rate / second) <= min(rounding, MAX_ROUNDING * dt):
+    if rate and _grid_deviation(t, positions, 1 / rate / second) <= min(
+        rounding, MAX_ROUNDING * dt
+    ):
         return 1 / rate
     # Round the step to 12 digits unless that changes the last time.
     neat = float(f"{dt:.12g}")
-    if not abs(neat - dt) * (at[-1] + 1) <= 4 * np.spacing(abs(t[-1])):
+    if not abs(neat - dt) * (positions[-1] + 1) <= 4 * np.spacing(abs(t[-1])):
         neat = dt
     return (
-        neat * second if _grid_deviation(t, at, neat) <= min(slack, MAX_ROUNDING * dt) else None
+        neat * second
+        if _grid_deviation(t, positions, neat) <= min(slack, MAX_ROUNDING * dt)
+        else None
     )
 
 
-def _grid_deviation(t: Floats, at: Floats, dt: float) -> float:
+def _grid_deviation(t: Floats, positions: Floats, dt: float) -> float:
     """Return half the width of the band around the even grid that contains all times."""
-    off = at * -dt
+    off = positions * -dt
     off += t
     return float(off.max() - off.min()) / 2
 
@@ -296,7 +300,7 @@ def _uneven_error(
         )
     else:
         sentence += f"{resample} makes them even"
-    return columns.at(row, index, f"{sentence}; {POOR_TIMES_HINT}")
+    return columns.error_at(row, index, f"{sentence}; {POOR_TIMES_HINT}")
 
 
 def mean_rate(dt: float) -> float:
@@ -413,11 +417,11 @@ def fill_gaps(
         times beside the grid; the error names the row.
     """
     there = ~np.isnan(values)
-    if grid.at is None and there.all():
+    if grid.offsets is None and there.all():
         return FilledRecord(values, grid, len(values))
     positions = grid.positions(len(values))
-    at, rows, known = positions[there], np.flatnonzero(there), values[there]
-    steps = np.diff(at)
+    places, rows, measured = positions[there], np.flatnonzero(there), values[there]
+    steps = np.diff(places)
     holes = np.flatnonzero(steps > MIN_GAP_STEPS)
     is_long = steps[holes] * grid.dt > (
         0.0 if gaps is None else gaps.at_most * (1 + STEP_TOLERANCE)
@@ -428,59 +432,67 @@ def fill_gaps(
     ends = (-inf, inf) if window is None else window.ends
     low, high = ((end - grid.first) / grid.dt for end in ends)
     long, tolerance = holes[is_long], EDGE_TOLERANCE
-    before, after = at[long + 1] <= low + tolerance, at[long] >= high - tolerance
+    before, after = places[long + 1] <= low + tolerance, places[long] >= high - tolerance
     first = int(np.max(long[before] + 1, initial=0))
-    last = int(np.min(long[after], initial=len(known) - 1))
-    ends_in_gap = len(known) < 2 or not (
-        (there[0] or low >= at[0] - tolerance) and (there[-1] or high <= at[-1] + tolerance)
+    last = int(np.min(long[after], initial=len(measured) - 1))
+    ends_in_gap = len(measured) < 2 or not (
+        (there[0] or low >= places[0] - tolerance)
+        and (there[-1] or high <= places[-1] + tolerance)
     )
     in_window = long[~(before | after)]
     if ends_in_gap or len(in_window):
-        hint = _window_hint(at, long, grid, float(positions[-1]))
+        hint = _window_hint(places, long, grid, float(positions[-1]))
         if ends_in_gap:
             row = 0 if not there[0] else len(values) - 1
             sentence = f"the record begins or ends with a gap; cut it off{hint and ': '}{hint}"
-            raise columns.at(row, index, sentence)
+            raise columns.error_at(row, index, sentence)
         hole = int(in_window[0])
-        sentence = _gap_message(at, hole, holes, grid, gaps, hint, unit)
-        raise columns.at(int(rows[hole + 1]), index, sentence)
+        sentence = _gap_message(places, hole, holes, grid, gaps, hint, unit)
+        raise columns.error_at(int(rows[hole + 1]), index, sentence)
     reports = []
     used = slice(first, last + 1)
-    if last - first + 1 < len(known) or not (there[0] and there[-1]):
-        t = grid.first + at[[first, last]] * grid.dt
+    if last - first + 1 < len(measured) or not (there[0] and there[-1]):
+        t = grid.first + places[[first, last]] * grid.dt
         range_of_times = f"from {t[0]:{TIME_FORMAT}} s to {t[1]:{TIME_FORMAT}} s"
         sentence = f"used {range_of_times}, between the gaps around the window"
         numbers = {"first": float(t[0]), "last": float(t[1])}
-        reports.append(make_report("window", sentence, known, known[used], unit, numbers))
-    at, known = at[used], known[used]
-    filled = known
+        reports.append(make_report("window", sentence, measured, measured[used], unit, numbers))
+    places, measured = places[used], measured[used]
+    filled = measured
     if gaps is not None:
-        at, filled, report = _interpolate_gaps(at, known, gaps, (low, high), grid.dt, unit)
+        places, filled, report = _interpolate_gaps(
+            places, measured, gaps, (low, high), grid.dt, unit
+        )
         reports += [report] if report else []
-    inside = int(((low - tolerance <= at) & (at <= high + tolerance)).sum())
-    origin = grid.first + float(at[0]) * grid.dt
-    is_even = grid.spread is None and len(filled) == len(known)
-    grid = grid._replace(first=origin, at=None if is_even else at - at[0])
+    inside = int(((low - tolerance <= places) & (places <= high + tolerance)).sum())
+    origin = grid.first + float(places[0]) * grid.dt
+    is_even = grid.spread is None and len(filled) == len(measured)
+    grid = grid._replace(first=origin, offsets=None if is_even else places - places[0])
     return FilledRecord(filled, grid, inside, tuple(reports))
 
 
 def _interpolate_gaps(
-    at: Floats, known: Floats, gaps: Gaps, window: tuple[float, float], dt: float, unit: str
+    positions: Floats,
+    measured: Floats,
+    gaps: Gaps,
+    window: tuple[float, float],
+    dt: float,
+    unit: str,
 ) -> tuple[Floats, Floats, CleaningReport | None]:
     """Return positions [dt] and samples without gaps, and the report on those in the window.
 
     `window` are the positions of its ends. The report is None if no gap is filled in it.
     """
-    steps = np.diff(at)
+    steps = np.diff(positions)
     holes = np.flatnonzero(steps > MIN_GAP_STEPS)
     missing = np.rint(steps[holes]).astype(int) - 1
     behind = np.repeat(holes, missing)
     share = np.concatenate([[], *(np.arange(1, n + 1) / (n + 1) for n in missing.tolist())])
-    new = at[behind] + share * steps[behind]
+    new = positions[behind] + share * steps[behind]
     if not len(new):
-        return at, known, None
-    filled = np.insert(known, behind + 1, interpolate(at, known, new, gaps.fill))
-    everywhere = np.insert(at, behind + 1, new)
+        return positions, measured, None
+    filled = np.insert(measured, behind + 1, interpolate(positions, measured, new, gaps.fill))
+    everywhere = np.insert(positions, behind + 1, new)
     is_used = (window[0] - EDGE_TOLERANCE <= new) & (new <= window[1] + EDGE_TOLERANCE)
     if not is_used.any():
         return everywhere, filled, None
@@ -491,7 +503,7 @@ def _interpolate_gaps(
         f"{format_count(len(lengths), 'gap')} ({format_count(count, 'sample')}) "
         f"filled by {METHODS[gaps.fill]}, the longest of {longest:.4g} s"
     )
-    return everywhere, filled, make_report("gaps", sentence, known, filled, unit, numbers)
+    return everywhere, filled, make_report("gaps", sentence, measured, filled, unit, numbers)
 
 
 def _is_off_grid(steps: Floats) -> NDArray[np.bool_]:
@@ -499,39 +511,39 @@ def _is_off_grid(steps: Floats) -> NDArray[np.bool_]:
     return np.asarray(np.abs(steps - np.rint(steps)) > EDGE_TOLERANCE)
 
 
-def _window_hint(at: Floats, long: NDArray[np.intp], grid: TimeGrid, last: float) -> str:
+def _window_hint(positions: Floats, long: NDArray[np.intp], grid: TimeGrid, last: float) -> str:
     """Return the window of the longest part between long gaps; empty for single samples.
 
     `last` is the position [dt] of the last row. The ends are rounded inwards.
     """
-    edges = np.concatenate(([-1], long, [len(at) - 1]))
-    if not len(at) or np.diff(edges).max() < 2:
+    edges = np.concatenate(([-1], long, [len(positions) - 1]))
+    if not len(positions) or np.diff(edges).max() < 2:
         return ""
-    part = int(np.argmax(at[edges[1:]] - at[edges[:-1] + 1]))
-    t = grid.first + at[[edges[part] + 1, edges[part + 1]]] * grid.dt
+    part = int(np.argmax(positions[edges[1:]] - positions[edges[:-1] + 1]))
+    t = grid.first + positions[[edges[part] + 1, edges[part + 1]]] * grid.dt
     digits = 1 - floor(log10(grid.dt))
     margin = EDGE_TOLERANCE * grid.dt * 10.0**digits
     start = ceil(float(t[0]) * 10.0**digits - margin) / 10.0**digits
     end = floor(float(t[1]) * 10.0**digits + margin) / 10.0**digits
     keys = []
-    if at[edges[part] + 1] > 0:
+    if positions[edges[part] + 1] > 0:
         keys.append(f"from: {start:{TIME_FORMAT}} s")
-    if at[edges[part + 1]] < last:
+    if positions[edges[part + 1]] < last:
         keys.append(f"to: {end:{TIME_FORMAT}} s")
     return f"`window: {{{', '.join(keys)}}}`"
 
 
-def interpolate(at: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
+def interpolate(positions: Floats, values: Floats, wanted: Floats, by: str) -> Floats:
     """Interpolate linearly (`line`) or with a C² cubic spline (`spline`)."""
     if by == "line":
-        return np.interp(wanted, at, values)
+        return np.interp(wanted, positions, values)
     from scipy.interpolate import CubicSpline
 
-    return np.asarray(CubicSpline(at, values)(wanted), dtype=np.float64)
+    return np.asarray(CubicSpline(positions, values)(wanted), dtype=np.float64)
 
 
 def _gap_message(
-    at: Floats,
+    positions: Floats,
     hole: int,
     holes: NDArray[np.intp],
     grid: TimeGrid,
@@ -540,7 +552,7 @@ def _gap_message(
     unit: str,
 ) -> str:
     """Return the message for the gap behind sample `hole` among all gaps, with remedies."""
-    steps, dt = np.diff(at), grid.dt
+    steps, dt = np.diff(positions), grid.dt
     missing = max(round(float(steps[hole])) - 1, 1)
     count = f"{format_count(missing, 'sample')} {'is' if missing == 1 else 'are'}"
     more, them = (
@@ -619,16 +631,16 @@ def resample_onto(
 ) -> tuple[Series, CleaningReport]:
     """Interpolate samples onto the refined grid, which ends where the record does."""
     fine, after = target.step / target.refinement, values
-    if grid.at is not None or abs(fine / grid.dt - 1) > STEP_TOLERANCE:
-        at = grid.positions(len(values))
-        length = float(at[-1]) * grid.dt
+    if grid.offsets is not None or abs(fine / grid.dt - 1) > STEP_TOLERANCE:
+        positions = grid.positions(len(values))
+        length = float(positions[-1]) * grid.dt
         count = floor(length / fine * (1 + STEP_TOLERANCE)) + 1
         require_memory_to_load(display_path, 8 * count)
         if count < 2:
             sentence = f"the record lasts {length:.6g} s, less than one step of `resample`"
             raise record_error(display_path, sentence)
         places = np.minimum(np.arange(count) * (fine / grid.dt), length / grid.dt)
-        after = interpolate(at, values, places, target.by)
+        after = interpolate(positions, values, places, target.by)
     numbers = {"step_before": grid.dt, "step_after": target.step}
     was = f"{1 / grid.dt:.6g} Hz"
     if grid.spread is not None:
@@ -671,27 +683,27 @@ def remove(
         If a corner frequency has less than one period in the record, or exceeds the Nyquist
         frequency, or no end of the record shows the level at rest.
     """
-    remaining, before_high_pass, words = series.values[:], None, []
+    remaining, before_high_pass, removed_parts = series.values[:], None, []
     if wanted.trend != "nothing":
         if wanted.trend == "rest":
             remaining = remaining - _level_at_rest(remaining, display_path)
         else:
             remaining = remaining - fit_trend(remaining, wanted.trend)
-        words.append(TREND_NAMES[wanted.trend])
+        removed_parts.append(TREND_NAMES[wanted.trend])
     if wanted.above is not None:
         _check_corner(wanted.above, "above", series, display_path)
         remaining = low_pass(remaining, series.dt, wanted.above, wanted.order)
-        words.append(f"frequencies above {wanted.above:g} Hz")
+        removed_parts.append(f"frequencies above {wanted.above:g} Hz")
     if wanted.below is not None:
         _check_corner(wanted.below, "below", series, display_path)
         before_high_pass = series._replace(values=remaining)
         remaining = high_pass(remaining, series.dt, wanted.below, wanted.order, ends)
-        words.append(f"frequencies below {wanted.below:g} Hz")
+        removed_parts.append(f"frequencies below {wanted.below:g} Hz")
     by = f" (zero-phase Butterworth of order {wanted.order})" if wanted.has_filters else ""
     removed = series.values[:] - remaining
     mean, drift = float(removed.mean()), float(removed[-1] - removed[0])
     sentence = (
-        f"{join_words(words)} removed{by}: mean {mean:.4g} {unit}, drift from first to "
+        f"{join_words(removed_parts)} removed{by}: mean {mean:.4g} {unit}, drift from first to "
         f"last sample {drift:+.4g} {unit}"
     )
     if wanted.below is not None:
@@ -829,9 +841,9 @@ def window_range(series: Series, window: Window | None, display_path: str) -> tu
     if 0 <= first < last < len(series.values):
         return first, last
     wrong, until = "", series.first + (len(series.values) - 1) * series.dt
-    for key, t, at in (("from", window.start, first), ("to", window.to, last)):
-        if not wrong and not 0 <= at < len(series.values):
-            side = "before the beginning" if at < 0 else "after the end"
+    for key, t, sample in (("from", window.start, first), ("to", window.to, last)):
+        if not wrong and not 0 <= sample < len(series.values):
+            side = "before the beginning" if sample < 0 else "after the end"
             wrong = f"`window.{key}`, {t:{TIME_FORMAT}} s, is {side} of"
     sentence = (
         f"{wrong or 'the window must hold two samples of'} the record, which runs from "
@@ -936,8 +948,8 @@ def displacements(motion: Samples, frequency: float, order: int) -> tuple[Floats
     # A linear error of the acceleration is a cubic drift of the displacement.
     u -= np.polynomial.Legendre.fit(span, u, min(3, len(u) - 1), domain=[-1, 1])(span)
     extensions: tuple[Extension, ...] = "odd", "even"
-    found = [
+    filtered = [
         _filter_zero_phase(u, dt, frequency, order, "highpass", ends) for ends in extensions
     ]
-    least, most = sorted(found, key=lambda values: float(values @ values))
+    least, most = sorted(filtered, key=lambda values: float(values @ values))
     return least, most

@@ -129,10 +129,10 @@ class Clock(NamedTuple):
 
     def seconds(self, text: str) -> float:
         """Return the seconds from midnight of the first day; NaN for anything else."""
-        found = CLOCK.fullmatch(text)
-        if found is None:
+        reading = CLOCK.fullmatch(text)
+        if reading is None:
             return _seconds_of_minutes(text) if not self.date_format else nan
-        date, hour, minute, second, fraction, milli, half, zone = found.groups()
+        date, hour, minute, second, fraction, milli, half, zone = reading.groups()
         h, m, s = int(hour), int(minute), int(second)
         if half:
             if not 1 <= h <= 12:
@@ -151,10 +151,12 @@ class Clock(NamedTuple):
 
 
 def _seconds_of_minutes(text: str) -> float:
-    found = MINUTES.fullmatch(text)
-    if found is None or int(found["second"]) > 59:
+    reading = MINUTES.fullmatch(text)
+    if reading is None or int(reading["second"]) > 59:
         return nan
-    return 60 * int(found["minute"]) + int(found["second"]) + float(f"0.{found['fraction']}")
+    return (
+        60 * int(reading["minute"]) + int(reading["second"]) + float(f"0.{reading['fraction']}")
+    )
 
 
 def _zone_offset(zone: str) -> float:
@@ -213,8 +215,8 @@ def across_midnight(t: NDArray[np.float64]) -> NDArray[np.float64]:
 def clock_resolution(texts: Sequence[str]) -> float:
     """Return the unit of the last digit of clock readings [s]."""
     matches = [CLOCK.fullmatch(text) or MINUTES.fullmatch(text) for text in texts]
-    groups = [found.groupdict() for found in matches if found]
-    digits = [len(one["fraction"] or one.get("milli") or "") for one in groups]
+    groups = [match.groupdict() for match in matches if match]
+    digits = [len(group["fraction"] or group.get("milli") or "") for group in groups]
     return float(10.0 ** -max(digits, default=0))
 
 

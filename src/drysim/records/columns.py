@@ -88,9 +88,9 @@ class Reader:
     def __getitem__(self, part: slice) -> bytes:
         """Return a contiguous slice."""
         first, last, _ = part.indices(len(self))
-        for at, kept in self.cached.items():
-            if at <= first and last <= at + len(kept):
-                return kept[first - at : last - at]
+        for offset, kept in self.cached.items():
+            if offset <= first and last <= offset + len(kept):
+                return kept[first - offset : last - offset]
         if last - first > READ_SIZE:
             return self._read(first, last - first)
         self.cached.clear()
@@ -100,22 +100,22 @@ class Reader:
 
     def find(self, wanted: bytes, first: int = 0) -> int:
         """Return the offset of the first occurrence of a byte, -1 if there is none."""
-        for at in range(first, len(self), READ_SIZE // 4):
-            found = self[at : at + READ_SIZE // 4].find(wanted)
-            if found >= 0:
-                return at + found
+        for offset in range(first, len(self), READ_SIZE // 4):
+            place = self[offset : offset + READ_SIZE // 4].find(wanted)
+            if place >= 0:
+                return offset + place
         return -1
 
-    def _read(self, at: int, count: int) -> bytes:
+    def _read(self, offset: int, count: int) -> bytes:
         try:
             with system.open_regular_file(self.path) as stream:
-                stream.seek(at)
-                found, signature = stream.read(count), system.file_signature(stream.fileno())
+                stream.seek(offset)
+                content, signature = stream.read(count), system.file_signature(stream.fileno())
         except (OSError, system.NotARegularFile):
             raise changed_error(self.path) from None
         if signature != self.signature:
             raise changed_error(self.path)
-        return found
+        return content
 
 
 class Cell(NamedTuple):
@@ -172,8 +172,8 @@ class RecordFile:
     def sha256(self) -> str:
         """SHA-256 of the file, in hex."""
         digest = hashlib.sha256()
-        for at in range(0, len(self.reader), READ_SIZE):
-            digest.update(self.reader[at : at + READ_SIZE])
+        for offset in range(0, len(self.reader), READ_SIZE):
+            digest.update(self.reader[offset : offset + READ_SIZE])
         return digest.hexdigest()
 
     @cached_property
@@ -224,7 +224,7 @@ def open_record(path: Path, suffixes: Collection[str]) -> RecordFile:
         raise record_error(str(path), f"the record cannot be read: {why}") from None
     if size != len(reader):
         raise changed_error(path)
-    parts = (reader[at : at + READ_SIZE] for at in range(0, size, READ_SIZE))
+    parts = (reader[offset : offset + READ_SIZE] for offset in range(0, size, READ_SIZE))
     if not any(part.strip() for part in parts):  # the first part decides, as a rule
         raise record_error(str(path), "the record is empty")
     return RecordFile(str(path), path, reader)
@@ -398,16 +398,16 @@ class Columns:
         `unit` is that of the times in the scenario, empty without one.
         """
         second = time_factor(self, time, unit)
-        t, *found = self.numbers([time, *wanted], gap_column)
+        t, *samples = self.numbers([time, *wanted], gap_column)
         if second is None:
             second = UNIT_OF_VALUES[clock.unit_of_values(t[:])]
-        return PrintedTimes(t[:], second, self.printed_resolution(time)), found
+        return PrintedTimes(t[:], second, self.printed_resolution(time)), samples
 
     def printed_resolution(self, index: int) -> float:
         """Return the unit of the last digit with which a column is printed."""
         raise NotImplementedError
 
-    def at(self, row: int, index: int, sentence: str) -> RecordError:
+    def error_at(self, row: int, index: int, sentence: str) -> RecordError:
         """Return the error at a 0-based row of a column."""
         raise NotImplementedError
 
@@ -585,11 +585,11 @@ class Channels(Columns):
             If a column is not a series of real numbers, a sample is not finite, or lengths
             differ.
         """
-        found = [self._series(index) for index in wanted]
-        for index, column in zip(wanted, found, strict=True):
-            if len(column) != len(found[0]):
+        series = [self._series(index) for index in wanted]
+        for index, column in zip(wanted, series, strict=True):
+            if len(column) != len(series[0]):
                 lengths = (
-                    f"{len(column)} samples, {self.describe_column(wanted[0])} {len(found[0])}"
+                    f"{len(column)} samples, {self.describe_column(wanted[0])} {len(series[0])}"
                 )
                 raise self.error(f"{self.describe_column(index)} has {lengths}")
             row = 0
@@ -600,9 +600,9 @@ class Channels(Columns):
                 if not good.all():
                     bad = int(np.argmin(good))
                     why = f"not a number: {GAP_HINT}" if np.isnan(block[bad]) else INFINITE_HINT
-                    raise self.at(row + bad, index, why)
+                    raise self.error_at(row + bad, index, why)
                 row += len(block)
-        return found
+        return series
 
     def _series(self, index: int) -> Signal:
         loaded = self.channels[index].load()
@@ -623,7 +623,7 @@ class Channels(Columns):
         """Return 0: binary numbers are not rounded to decimal digits."""
         return 0.0
 
-    def at(self, row: int, index: int, sentence: str) -> RecordError:
+    def error_at(self, row: int, index: int, sentence: str) -> RecordError:
         """Return the error at a 0-based sample of a column."""
         return self.error(f"sample {row + 1}, {self.describe_column(index)}: {sentence}")
 
@@ -652,7 +652,7 @@ class Channels(Columns):
 
 def make_channels(
     file: RecordFile,
-    found: Sequence[Channel],
+    channels: Sequence[Channel],
     word: str = "channel",
     key: str = "channel",
     normalised: bool = False,
@@ -660,11 +660,11 @@ def make_channels(
     """Return the columns of a binary file."""
     return Channels(
         display_path=file.display_path,
-        labels=tuple(channel.label for channel in found),
+        labels=tuple(channel.label for channel in channels),
         word=word,
         key=key,
         normalised=normalised,
-        channels=tuple(found),
+        channels=tuple(channels),
     )
 
 

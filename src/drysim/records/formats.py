@@ -76,32 +76,34 @@ class ByteView(NamedTuple):
     raw: Reader | bytes
     order: str
 
-    def whole(self, at: int) -> int:
+    def whole(self, offset: int) -> int:
         """Return an unsigned integer of four bytes."""
-        return int(self.numbers(at, 1, "u4")[0])
+        return int(self.numbers(offset, 1, "u4")[0])
 
-    def numbers(self, at: int, count: int, kind: str) -> NDArray[np.generic]:
+    def numbers(self, offset: int, count: int, kind: str) -> NDArray[np.generic]:
         """Return numbers of a type."""
-        return np.frombuffer(self.raw[at : self.end_of(at, count, kind)], self.order + kind)
+        return np.frombuffer(
+            self.raw[offset : self.end_of(offset, count, kind)], self.order + kind
+        )
 
-    def end_of(self, at: int, count: int, kind: str) -> int:
+    def end_of(self, offset: int, count: int, kind: str) -> int:
         """Return the end offset of numbers of a type; raise if the file ends before."""
-        end = at + count * np.dtype(kind).itemsize
-        if at < 0 or end > len(self.raw):
+        end = offset + count * np.dtype(kind).itemsize
+        if offset < 0 or end > len(self.raw):
             raise self.damaged("bytes are missing at its end")
         return end
 
-    def text(self, at: int, size: int) -> str:
+    def text(self, offset: int, size: int) -> str:
         """Return text up to the first zero byte."""
-        return self.numbers(at, size, "u1").tobytes().split(b"\0")[0].decode("latin-1")
+        return self.numbers(offset, size, "u1").tobytes().split(b"\0")[0].decode("latin-1")
 
-    def lazy(self, at: int, count: int, kind: str) -> LazySamples:
+    def lazy(self, offset: int, count: int, kind: str) -> LazySamples:
         """Return numbers that are read on demand."""
-        self.end_of(at, count, kind)
-        return LazySamples(partial(self._part, at, kind), 0, count)
+        self.end_of(offset, count, kind)
+        return LazySamples(partial(self._part, offset, kind), 0, count)
 
-    def _part(self, at: int, kind: str, first: int, last: int) -> Floats:
-        start = self.end_of(at, first, kind)
+    def _part(self, offset: int, kind: str, first: int, last: int) -> Floats:
+        start = self.end_of(offset, first, kind)
         return self.numbers(start, last - first, kind).astype(np.float64)
 
     def damaged(self, what: str) -> RecordError:
@@ -118,20 +120,25 @@ MAT4_HEADER_SIZE = 20
 
 def _read_mat4(file: RecordFile) -> list[MatVariable]:
     """Read version 4: matrices, each preceded by five integers and its name."""
-    at, found = 0, []
-    while at < len(file.reader):
-        order = "<" if ByteView(file, file.reader, "<").whole(at) < 1000 else ">"
+    offset, variables = 0, []
+    while offset < len(file.reader):
+        order = "<" if ByteView(file, file.reader, "<").whole(offset) < 1000 else ">"
         view = ByteView(file, file.reader, order)
-        kind, rows, wide, imaginary, named = (int(n) for n in view.numbers(at, 5, "u4"))
+        kind, rows, wide, imaginary, named = (int(n) for n in view.numbers(offset, 5, "u4"))
         number = kind // 10 % 100
         if kind // 1000 != (order == ">") or number >= len(MAT4_TYPES):
             raise view.damaged(f"a matrix is of type {kind}")
-        name, start = view.text(at + MAT4_HEADER_SIZE, named), at + MAT4_HEADER_SIZE + named
+        name, start = (
+            view.text(offset + MAT4_HEADER_SIZE, named),
+            offset + MAT4_HEADER_SIZE + named,
+        )
         count, of = rows * wide, MAT4_TYPES[number]
         if kind % 10 == 0 and not imaginary:  # others are text and sparse matrices
-            found.append(MatVariable(name, (rows, wide), partial(view.lazy, start, count, of)))
-        at = view.end_of(start, count * (2 if imaginary else 1), of)
-    return found
+            variables.append(
+                MatVariable(name, (rows, wide), partial(view.lazy, start, count, of))
+            )
+        offset = view.end_of(start, count * (2 if imaginary else 1), of)
+    return variables
 
 
 MAT5_HEADER_SIZE = 128
@@ -167,25 +174,25 @@ def _read_mat5(file: RecordFile) -> list[MatVariable]:
     view = ByteView(file, file.reader, order or "<")
     if order is None:
         raise view.damaged("its header is invalid")
-    at, found = MAT5_HEADER_SIZE, []
-    while at < len(view.raw):
-        element = _read_element(view, at)
+    offset, variables = MAT5_HEADER_SIZE, []
+    while offset < len(view.raw):
+        element = _read_element(view, offset)
         end = element.start + element.size
         if end > len(view.raw):
             raise view.damaged(f"{end - len(view.raw)} bytes are missing at its end")
         if (variable := _read_variable(view, element)) is not None:
-            found.append(variable)
-        at = end if element.kind == COMPRESSED else element.next
-    return found
+            variables.append(variable)
+        offset = end if element.kind == COMPRESSED else element.next
+    return variables
 
 
-def _read_element(view: ByteView, at: int) -> Mat5Element:
+def _read_element(view: ByteView, offset: int) -> Mat5Element:
     """Return the element at an offset; short elements have 8 bytes including the tag."""
-    kind = view.whole(at)
+    kind = view.whole(offset)
     if kind >> 16:
-        return Mat5Element(kind & 0xFFFF, at + 4, kind >> 16, at + 8)
-    size = view.whole(at + 4)
-    return Mat5Element(kind, at + 8, size, at + 8 + size + -size % 8)
+        return Mat5Element(kind & 0xFFFF, offset + 4, kind >> 16, offset + 8)
+    size = view.whole(offset + 4)
+    return Mat5Element(kind, offset + 8, size, offset + 8 + size + -size % 8)
 
 
 def _read_variable(view: ByteView, element: Mat5Element) -> MatVariable | None:
@@ -220,27 +227,27 @@ def _first_bytes(view: ByteView, element: Mat5Element, most: int) -> ByteView:
 
 def _decompress(view: ByteView, element: Mat5Element) -> Iterator[bytes]:
     """Yield the decompressed bytes of a variable in blocks."""
-    at, end, unpacker = element.start, element.start + element.size, zlib.decompressobj()
+    offset, end, unpacker = element.start, element.start + element.size, zlib.decompressobj()
     packed = b""
     while not unpacker.eof:
         if not packed:
-            packed = view.raw[at : min(at + DECOMPRESSED_AT_ONCE, end)]
-            at += len(packed)
+            packed = view.raw[offset : min(offset + DECOMPRESSED_AT_ONCE, end)]
+            offset += len(packed)
         try:
             piece = unpacker.decompress(packed, DECOMPRESSED_AT_ONCE)
         except zlib.error:
             raise view.damaged("a variable cannot be decompressed") from None
         packed = unpacker.unconsumed_tail
-        if not (piece or packed or at < end or unpacker.eof):
+        if not (piece or packed or offset < end or unpacker.eof):
             raise view.damaged("a compressed variable is truncated")
         yield piece
 
 
 def _load_mat5(
-    view: ByteView, element: Mat5Element, at: int, count: int
+    view: ByteView, element: Mat5Element, offset: int, count: int
 ) -> Floats | LazySamples:
-    inner = _first_bytes(view, element, at + TAG_SIZE)
-    numbers = _read_element(inner, at)
+    inner = _first_bytes(view, element, offset + TAG_SIZE)
+    numbers = _read_element(inner, offset)
     kind = MAT5_TYPES.get(numbers.kind)
     if kind is None or numbers.size != count * np.dtype(kind).itemsize:
         raise view.damaged("the size of a variable does not match its shape")
@@ -270,9 +277,9 @@ def _read_compressed(
     return values
 
 
-def _mat_remedy(found: list[MatVariable]) -> str:
+def _mat_remedy(variables: list[MatVariable]) -> str:
     """Return how to save the columns of a matrix, or the fields of a structure, as vectors."""
-    matrices = (variable for variable in found if min(variable.shape) > 1)
+    matrices = (variable for variable in variables if min(variable.shape) > 1)
     if (matrix := next(matrices, None)) is not None:
         shape, name = "x".join(map(str, matrix.shape)), shorten_quote(matrix.name)
         return (
@@ -294,14 +301,16 @@ def mat_columns(file: RecordFile) -> Channels:
         )
         raise file.error(sentence)
     # Version 5 begins with text; the first integer of version 4 contains a zero byte.
-    found = _read_mat4(file) if 0 in head[:4] else _read_mat5(file)
+    variables = _read_mat4(file) if 0 in head[:4] else _read_mat5(file)
     vectors = [
         Channel(ColumnLabel(variable.name, variable.name), variable.load)
-        for variable in found
+        for variable in variables
         if len(variable.shape) == 2 and min(variable.shape) == 1 < max(variable.shape)
     ]
     if not vectors:
-        raise file.error(f"the MAT file contains no vector of real numbers{_mat_remedy(found)}")
+        raise file.error(
+            f"the MAT file contains no vector of real numbers{_mat_remedy(variables)}"
+        )
     return make_channels(file, vectors, word="variable", key="column")
 
 
@@ -346,34 +355,34 @@ def wav_columns(file: RecordFile) -> Channels:
         raise file.error("the WAV contains no samples")
     if size % each:
         raise _wav_error(file, "its last sample is incomplete")
-    found = []
+    channels = []
     for number in range(form.channels):
         read = partial(_read_samples, file, start, form, number)
         load = partial(LazySamples, read, 0, size // each)
-        found.append(Channel(ColumnLabel(), load, 1 / form.rate))
-    return make_channels(file, found, normalised=form.code == PCM)
+        channels.append(Channel(ColumnLabel(), load, 1 / form.rate))
+    return make_channels(file, channels, normalised=form.code == PCM)
 
 
 def _read_chunks(file: RecordFile) -> tuple[WavFormat, int, int]:
     """Return the layout of the samples, their offset and size."""
-    raw, at, form = file.reader, 12, None
+    raw, offset, form = file.reader, 12, None
     if raw[:4] in (b"RF64", b"RIFX"):
         kind = raw[:4].decode()
         raise file.error(f"the WAV is {kind}; only RIFF is supported: convert it")
     if raw[:4] != b"RIFF" or raw[8:12] != b"WAVE":
         raise file.error("the record is not a WAV file: it has no RIFF header")
-    while at + 8 <= len(raw):
-        name, size = struct.unpack("<4sI", raw[at : at + 8])
-        if at + 8 + size > len(raw):
-            missing = at + 8 + size - len(raw)
+    while offset + 8 <= len(raw):
+        name, size = struct.unpack("<4sI", raw[offset : offset + 8])
+        if offset + 8 + size > len(raw):
+            missing = offset + 8 + size - len(raw)
             raise _wav_error(file, f"{missing} bytes are missing at its end")
         if name == b"fmt ":
-            form = _parse_format_chunk(file, raw[at + 8 : at + 8 + size])
+            form = _parse_format_chunk(file, raw[offset + 8 : offset + 8 + size])
         if name == b"data":
             if form is None:
                 raise _wav_error(file, "its samples precede their format")
-            return form, at + 8, size
-        at += 8 + size + size % 2
+            return form, offset + 8, size
+        offset += 8 + size + size % 2
     raise _wav_error(file, "it has no samples")
 
 
@@ -447,10 +456,10 @@ def tdms_columns(file: RecordFile) -> Channels:
             for channel in group.channels()
         ]
 
-    found = call_package(read, file, "the record is not a TDMS file, or it is damaged")
-    if not found:
+    channels = call_package(read, file, "the record is not a TDMS file, or it is damaged")
+    if not channels:
         raise file.error("the TDMS file has no channels")
-    return make_channels(file, found)
+    return make_channels(file, channels)
 
 
 def _tdms_channel(nptdms: Any, file: RecordFile, channel: Any) -> Channel:
@@ -508,14 +517,14 @@ def uff_columns(file: RecordFile) -> Channels:
             if head["func_type"] == 1 and head["ord_data_type"] in (2, 4)
         ]
 
-    found = call_package(read, file, NOT_UNIVERSAL)
-    if not found:
+    histories = call_package(read, file, NOT_UNIVERSAL)
+    if not histories:
         sentence = "the record is not a universal file with a time history in a data set 58"
         raise file.error(sentence)
     series, times = [], list[Channel]()
-    for channel, time_column in found:
+    for channel, time_column in histories:
         if channel.dt is None:
-            channel = channel._replace(time_column=len(found) + len(times))
+            channel = channel._replace(time_column=len(histories) + len(times))
             times.append(time_column)
         series.append(channel)
     return make_channels(file, [*series, *times])
@@ -569,21 +578,21 @@ def rpc_columns(file: RecordFile) -> Channels:
     Integers are multiplied by the SCALE of their channel; INT_FULL_SCALE is not needed. A file
     without the number of SAMPLES ends with its last frame, including padding.
     """
-    found = _read_rpc(file, header_only=True)
-    if not found:
+    channels = _read_rpc(file, header_only=True)
+    if not channels:
         raise file.error("the RPC III file has no channels")
     series = []
-    for at, properties in enumerate(found):
+    for number, properties in enumerate(channels):
         name, unit = (
             str(text).strip().strip('"').strip() for text in (properties.name, properties.unit)
         )
-        load = partial(_load_rpc, file, at)
+        load = partial(_load_rpc, file, number)
         series.append(Channel(label_of_samples(name, unit), load, properties.dt))
     return make_channels(file, series)
 
 
-def _load_rpc(file: RecordFile, at: int) -> NDArray[np.generic]:
-    return np.asarray(_read_rpc(file, header_only=False)[at].data)
+def _load_rpc(file: RecordFile, number: int) -> NDArray[np.generic]:
+    return np.asarray(_read_rpc(file, header_only=False)[number].data)
 
 
 def _read_rpc(file: RecordFile, header_only: bool) -> Any:

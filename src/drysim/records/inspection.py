@@ -165,26 +165,28 @@ def inspect_record(path: Path) -> Inspection:
     summaries = [_summarise(columns, i, x) for i, x in values.items() if i != time]
     if not summaries:
         raise columns.error(f"there is no {columns.word} of numbers besides the time")
-    count = max(len(values[one.column]) for one in summaries)
+    count = max(len(values[summary.column]) for summary in summaries)
     rate = "" if grid is None else f" at {1 / grid.dt:.6g} Hz, {count * grid.dt:.4g} s"
     layout.insert(1, format_count(count, "sample") + rate)
-    is_choice = len(columns.series()) > 1 + any(one.key == "time" for one in of_time)
+    is_choice = len(columns.series()) > 1 + any(proposal.key == "time" for proposal in of_time)
     said = read_preamble(columns) if isinstance(columns, TextTable) else {}
     chosen, measured, of_column = _propose_column(columns, summaries, is_choice)
     if chosen is not None:
         of_column = _unit_in_preamble(of_column, columns, chosen.column, said)
     proposals += _rate_in_preamble(of_time, said) + of_column
-    layout += (sentence for one in summaries for sentence in _suspect_unit(columns, one))
+    layout += (
+        sentence for summary in summaries for sentence in _suspect_unit(columns, summary)
+    )
     if chosen is not None:
         if (code := codes.get(chosen.column)) is not None:
             reason = f"{code:g} is far outside the range of all other samples: a code, not one"
             value = int(code) if code.is_integer() else code
             proposals.append(Proposal("missing", value, reason, False))
         x = values[chosen.column]
-        if chosen.level.words_of_padding:
+        if chosen.level.padding_text:
             proposals, chosen = _propose_without_padding(columns, proposals, x, chosen)
-        if chosen.level.words_of_padding:
-            reason = f"{chosen.level.words_of_padding}: cut these zeros off in the file"
+        if chosen.level.padding_text:
+            reason = f"{chosen.level.padding_text}: cut these zeros off in the file"
             proposals.append(Proposal("remove", None, reason))
         else:
             proposals += _propose_clean_up(columns, x, grid, chosen, measured)
@@ -230,7 +232,7 @@ def _select_rows(
         reasons.append(f"row {file.rows.start - 1} is no sample")
     if (foot := find_foot(columns)) is not None:
         rows["to"] = foot.first - 1
-        listed = ", ".join(f"`{shorten_quote(word)}`" for word in foot.words[:MAX_LISTED])
+        listed = ", ".join(f"`{shorten_quote(word)}`" for word in foot.texts[:MAX_LISTED])
         which = f"rows {foot.first} to {foot.last}"
         which = which if foot.last > foot.first else f"row {foot.first}"
         reasons.append(
@@ -242,11 +244,11 @@ def _select_rows(
         file = replace(file, rows=file.rows._replace(to=foot.first - 1 if foot else None))
         columns = member.columns(file)
         proposals.append(Proposal("rows", rows, "; ".join(reasons), False))
-    if isinstance(columns, TextTable) and (found := sensors_in_turn(columns)) is not None:
-        reason = describe_labels(columns, found, rows)
-        proposals = [one for one in proposals if one.key != "rows"]
+    if isinstance(columns, TextTable) and (labels := sensors_in_turn(columns)) is not None:
+        reason = describe_labels(columns, labels, rows)
+        proposals = [proposal for proposal in proposals if proposal.key != "rows"]
         proposals.append(Proposal("rows", None, "; ".join([*reasons, reason])))
-        where: dict[str | int, str | int] = {found.column + 1: found.labels[0]}
+        where: dict[str | int, str | int] = {labels.column + 1: labels.labels[0]}
         columns = member.columns(replace(file, rows=file.rows._replace(where=where)))
     return columns, proposals
 
@@ -354,16 +356,16 @@ def _propose_times(columns: Columns, values: dict[int, Floats], clocks: set[int]
     for index in values:
         if (spacing := columns.file_spacing(index)) is not None:
             return Times(None, TimeGrid(*spacing), [])
-        if (found := columns.time_column(index)) is not None:
-            times, _ = columns.with_times(found, [])
-            grid = fit_grid(times, columns, found, may_jitter=True)
-            return Times(found, grid, _propose_resampling(grid))
+        if (time_column := columns.time_column(index)) is not None:
+            times, _ = columns.with_times(time_column, [])
+            grid = fit_grid(times, columns, time_column, may_jitter=True)
+            return Times(time_column, grid, _propose_resampling(grid))
     # The first column that can be used, else the first one.
     candidates = dict.fromkeys(_time_columns(columns, values, clocks))
     proposed = [_propose_time_column(columns, index) for index in candidates]
-    usable = [one for one in proposed if one.grid is not None]
-    for one in (*usable, *proposed):
-        return one
+    usable = [times for times in proposed if times.grid is not None]
+    if proposed:
+        return (usable or proposed)[0]
     rising = next((i for i, x in values.items() if _always_rises(x)), None)
     if rising is None or columns.labels[rising].unit:
         return Times(None, None, [Proposal("rate", None, NO_TIMES)])
@@ -420,7 +422,7 @@ def _propose_time_column(columns: Columns, column: int) -> Times:
     key = _identify(columns, column)
     try:
         if np.isnan(t).any():
-            raise columns.at(int(np.isnan(t).argmax()), column, "the time is missing")
+            raise columns.error_at(int(np.isnan(t).argmax()), column, "the time is missing")
         grid = fit_grid(times, columns, column, may_jitter=True)
     except RecordError as error:
         fault, rate = error.message.removesuffix(f"; {POOR_TIMES_HINT}"), _rate_of_rows(times)
@@ -538,9 +540,11 @@ def _unit_in_preamble(
             of_unit = [Proposal("unit", unit, reason, False)]
             if quantity != "acceleration":
                 of_unit.append(Proposal("quantity", quantity, f"from the unit `{unit}`"))
-            return [one for one in proposals if one.key not in ("unit", "quantity")] + of_unit
+            return [
+                proposal for proposal in proposals if proposal.key not in ("unit", "quantity")
+            ] + of_unit
     of_unit = [Proposal("unit", None, f"{reason}: `{unit}` is no unit of a motion")]
-    return [one for one in proposals if one.key != "unit"] + of_unit
+    return [proposal for proposal in proposals if proposal.key != "unit"] + of_unit
 
 
 # The column of the samples, and its unit.
@@ -550,27 +554,29 @@ def _propose_column(
     columns: Columns, summaries: list[ColumnSummary], is_choice: bool
 ) -> tuple[ColumnSummary | None, Measurement, list[Proposal]]:
     """Return the column that is most likely ü, what it measures, and keys that select it."""
-    is_triaxial = len(summaries) == AXES and not any(one.name for one in summaries)
-    known = {one: _measure(one, is_triaxial) for one in summaries}
+    is_triaxial = len(summaries) == AXES and not any(summary.name for summary in summaries)
+    measurements = {summary: _measure(summary, is_triaxial) for summary in summaries}
 
-    def likelihood(one: ColumnSummary) -> tuple[bool, ...]:
-        quantity = known[one].quantity
+    def likelihood(summary: ColumnSummary) -> tuple[bool, ...]:
+        quantity = measurements[summary].quantity
         return (
             quantity == "acceleration",
             bool(quantity),
-            NAMES_OF_BASE.fullmatch(one.name) is not None,
-            known[one].has_gravity,
-            NAMES_OF_VERTICAL.fullmatch(one.name) is not None,
+            NAMES_OF_BASE.fullmatch(summary.name) is not None,
+            measurements[summary].has_gravity,
+            NAMES_OF_VERTICAL.fullmatch(summary.name) is not None,
         )
 
     best = max(summaries, key=likelihood)  # the first of equals
-    ties = [one for one in summaries if likelihood(one) == likelihood(best)]
-    quantity, unit, has_gravity, is_unit_certain = known[best]
+    ties = [summary for summary in summaries if likelihood(summary) == likelihood(best)]
+    quantity, unit, has_gravity, is_unit_certain = measurements[best]
     proposals = []
     if is_choice:
         value: str | int | None = _identify(columns, best.column)
         if len(ties) > 1:
-            listed = [_describe_level(_identify(columns, one.column), one) for one in ties]
+            listed = [
+                _describe_level(_identify(columns, summary.column), summary) for summary in ties
+            ]
             names = "; ".join(listed[:MAX_LISTED] + ["…"] * (len(listed) > MAX_LISTED))
             value, reason = (
                 None,
@@ -600,14 +606,16 @@ def _propose_column(
         proposals.append(Proposal("unit", unit, reason, False))
     if quantity not in ("", "acceleration"):
         proposals.append(Proposal("quantity", quantity, f"from the unit `{unit}`"))
-    return (best if len(ties) == 1 else None), known[best], proposals
+    return (best if len(ties) == 1 else None), measurements[best], proposals
 
 
-def _describe_level(key: str | int, one: ColumnSummary) -> str:
+def _describe_level(key: str | int, summary: ColumnSummary) -> str:
     """Return RMS and peak of a column, by which its motion may be told from noise."""
-    peak = max(abs(one.smallest - one.level.mean), abs(one.largest - one.level.mean))
-    numbers = f"{format_number(one.level.spread)} and {format_number(peak)}"
-    return f"`{key}` {numbers} {one.unit}".rstrip()
+    peak = max(
+        abs(summary.smallest - summary.level.mean), abs(summary.largest - summary.level.mean)
+    )
+    numbers = f"{format_number(summary.level.spread)} and {format_number(peak)}"
+    return f"`{key}` {numbers} {summary.unit}".rstrip()
 
 
 class Measurement(NamedTuple):
@@ -619,32 +627,38 @@ class Measurement(NamedTuple):
     is_unit_certain: bool = False
 
 
-def _measure(one: ColumnSummary, is_triaxial: bool = False) -> Measurement:
+def _measure(summary: ColumnSummary, is_triaxial: bool = False) -> Measurement:
     """Return what a column measures, from its unit, or else from gravity and its name.
 
     `is_triaxial` tells that it may be one of three axes without names.
     """
     for quantity in ("acceleration", "velocity", "displacement"):
-        if one.unit and is_common_unit(one.unit, SI[quantity]):
-            level = one.level.scaled(conversion_factor(one.unit, SI[quantity]))
+        if summary.unit and is_common_unit(summary.unit, SI[quantity]):
+            level = summary.level.scaled(conversion_factor(summary.unit, SI[quantity]))
             has_gravity = quantity == "acceleration" and level.has_gravity
-            return Measurement(quantity, one.unit, has_gravity, True)
-    may_be_acceleration = is_triaxial or NAMES_OF_ACCELERATION.fullmatch(one.name) is not None
-    if may_be_acceleration and not one.unit and one.level.spread < abs(one.level.rest):
+            return Measurement(quantity, summary.unit, has_gravity, True)
+    may_be_acceleration = (
+        is_triaxial or NAMES_OF_ACCELERATION.fullmatch(summary.name) is not None
+    )
+    if (
+        may_be_acceleration
+        and not summary.unit
+        and summary.level.spread < abs(summary.level.rest)
+    ):
         for unit in ("m/s2", "g", "mg"):
-            if one.level.scaled(conversion_factor(unit, "m/s²")).has_gravity:
+            if summary.level.scaled(conversion_factor(unit, "m/s²")).has_gravity:
                 return Measurement("acceleration", unit, True, False)
     return Measurement()
 
 
-def _suspect_unit(columns: Columns, one: ColumnSummary) -> Iterator[str]:
+def _suspect_unit(columns: Columns, summary: ColumnSummary) -> Iterator[str]:
     """Yield a sentence if the mean of a column is gravity in another unit than its own."""
-    measured = _measure(one)
+    measured = _measure(summary)
     if measured.quantity == "acceleration" and measured.is_unit_certain:
         factor = conversion_factor(measured.unit, "m/s²")
-        found = describe_wrong_unit(one.level.scaled(factor), None)
-        if found:
-            yield f"{columns.describe_column(one.column)}: {found}"
+        suspicion = describe_wrong_unit(summary.level.scaled(factor), None)
+        if suspicion:
+            yield f"{columns.describe_column(summary.column)}: {suspicion}"
 
 
 # Clean-up.
@@ -657,25 +671,25 @@ def _propose_without_padding(
 
     Both stay as they are for files without rows, and where the rows are not known.
     """
-    of_rows = next((one for one in proposals if one.key == "rows"), None)
-    known = {} if of_rows is None else of_rows.value
-    if not isinstance(columns, TextTable) or not isinstance(known, dict):
+    of_rows = next((proposal for proposal in proposals if proposal.key == "rows"), None)
+    rows_proposed = {} if of_rows is None else of_rows.value
+    if not isinstance(columns, TextTable) or not isinstance(rows_proposed, dict):
         return proposals, summary
     before, after = summary.level.padding
     there = np.flatnonzero(~np.isnan(x))
     first, last = int(there[before]), int(there[len(there) - 1 - after])
     rows = {"from": first} if before else {}
     rows |= {"to": last} if after else {}
-    at = {key: columns.line_of(row) for key, row in rows.items()}
+    lines = {key: columns.line_of(row) for key, row in rows.items()}
     reason = (
-        f"{summary.level.words_of_padding}, and the mean without them is "
+        f"{summary.level.padding_text}, and the mean without them is "
         f"{summary.level.rest:.4g} {summary.unit}".rstrip()
     )
     if of_rows is not None:
         reason = f"{of_rows.reason}; {reason}"
-    skip = [one for one in proposals if one.key == "skip"]
-    others = [one for one in proposals if one.key not in ("skip", "rows")]
-    merged = Proposal("rows", {**known, **at}, reason, False)
+    skip = [proposal for proposal in proposals if proposal.key == "skip"]
+    others = [proposal for proposal in proposals if proposal.key not in ("skip", "rows")]
+    merged = Proposal("rows", {**rows_proposed, **lines}, reason, False)
     return [*skip, merged, *others], _summarise(columns, summary.column, x[first : last + 1])
 
 

@@ -80,16 +80,16 @@ def sensors_in_turn(table: TextTable) -> Labels | None:
 
 
 def describe_labels(
-    table: TextTable, found: Labels, rows: Mapping[str, object] | None = None
+    table: TextTable, sensors: Labels, rows: Mapping[str, object] | None = None
 ) -> str:
     """Return what the labels say, and the key, with others, that selects one sensor."""
-    name: str | int = table.labels[found.column].name or found.column + 1
-    listed = ", ".join(found.labels[:MAX_LISTED]) + ", …" * (len(found.labels) > MAX_LISTED)
+    name: str | int = table.labels[sensors.column].name or sensors.column + 1
+    listed = ", ".join(sensors.labels[:MAX_LISTED]) + ", …" * (len(sensors.labels) > MAX_LISTED)
     others = "".join(f"{key}: {value}, " for key, value in (rows or {}).items())
-    where = f"rows: {{{others}where: {{{dump({str(name): found.labels[0]}).strip()}}}}}"
+    where = f"rows: {{{others}where: {{{dump({str(name): sensors.labels[0]}).strip()}}}}}"
     return (
-        f"{table.describe_column(found.column)} is {listed} in turn: the rows belong to "
-        f"{len(found.labels)} sensors; `{where}` selects one"
+        f"{table.describe_column(sensors.column)} is {listed} in turn: the rows belong to "
+        f"{len(sensors.labels)} sensors; `{where}` selects one"
     )
 
 
@@ -98,7 +98,7 @@ class Foot(NamedTuple):
 
     first: int
     last: int
-    words: tuple[str, ...]
+    texts: tuple[str, ...]
 
 
 def find_foot(table: TextTable) -> Foot | None:
@@ -119,7 +119,7 @@ def find_foot(table: TextTable) -> Foot | None:
     if not words or not (any(words) or all(above)) or len(words) == len(tail):
         return None
     lines = raw_lines(table.file, table.start, table.line)
-    last = max(line for line, at, _ in lines if at < end)
+    last = max(line for line, offset, _ in lines if offset < end)
     return Foot(last - len(words) + 1, last, tuple(filter(None, words)))
 
 
@@ -133,9 +133,11 @@ def runs_across_rows(table: TextTable) -> bool:
     """
     if table.header_line or table.width < MIN_ACROSS:
         return False
-    found = islice((cells for _, cells in table.rows() if cells), MAX_ROWS_EXAMINED)
+    rows_of_cells = islice((cells for _, cells in table.rows() if cells), MAX_ROWS_EXAMINED)
     rows = [
-        cells for cells in found if len(cells) == table.width and all(map(is_number, cells))
+        cells
+        for cells in rows_of_cells
+        if len(cells) == table.width and all(map(is_number, cells))
     ]
     if len(rows) < MIN_ACROSS:
         return False
@@ -171,8 +173,8 @@ def row_warnings(record: Recorded, columns: Columns) -> Iterator[WarningMessage]
     if not isinstance(columns, TextTable):
         return
     sentence = ""
-    if not (record.rows and record.rows.where) and (found := sensors_in_turn(columns)):
-        sentence = describe_labels(columns, found)
+    if not (record.rows and record.rows.where) and (sensors := sensors_in_turn(columns)):
+        sentence = describe_labels(columns, sensors)
     elif runs_across_rows(columns):
         samples = sum(len(cells) for _, cells in columns.rows())
         sentence = describe_across(columns, samples)
@@ -219,7 +221,7 @@ def read_preamble(table: TextTable) -> dict[str, Statement]:
 
     The value of `units` are those of all columns, separated by tabs.
     """
-    found: dict[str, Statement] = {}
+    statements: dict[str, Statement] = {}
     decimal = table.decimal(table.series())
     above = raw_lines(table.file._replace(begin=0, line=1))
     for line, _, part in islice(above, min(table.line - 1, MAX_ROWS_EXAMINED)):
@@ -235,8 +237,8 @@ def read_preamble(table: TextTable) -> dict[str, Statement]:
         ):
             key, value = "units", "\t".join(units)
         if key:
-            found[key] = Statement(value, f"row {line}: `{shorten_quote(text)}`{doubt}")
-    return found
+            statements[key] = Statement(value, f"row {line}: `{shorten_quote(text)}`{doubt}")
+    return statements
 
 
 def _parse_preamble_line(text: str, decimal: str) -> tuple[str, str, str]:
@@ -248,15 +250,19 @@ def _parse_preamble_line(text: str, decimal: str) -> tuple[str, str, str]:
         unit = named["unit"]
         is_known = any(is_common_unit(unit, si) for si in SI.values())
         return ("unit", unit, "") if is_known else ("", "", "")
-    found = ASSIGNMENT.fullmatch(text)
-    if found is None:
+    assignment = ASSIGNMENT.fullmatch(text)
+    if assignment is None:
         return "", "", ""
-    words = re.split(r"[\s_.]+", found["key"].strip())
-    unit = found["unit_of_key"] or found["unit"] or UNIT_BY_WORD.get(words[-1].lower(), "")
-    name = " ".join(words)
+    key_words = re.split(r"[\s_.]+", assignment["key"].strip())
+    unit = (
+        assignment["unit_of_key"]
+        or assignment["unit"]
+        or UNIT_BY_WORD.get(key_words[-1].lower(), "")
+    )
+    name = " ".join(key_words)
     key = "rate" if KEYS_OF_RATE.fullmatch(name) else ""
     key = key or ("step" if KEYS_OF_STEP.fullmatch(name) else "")
-    numbers = [x for x in _numbers_in(found["number"], decimal) if x > 0]
+    numbers = [x for x in _numbers_in(assignment["number"], decimal) if x > 0]
     if not key or not numbers:
         return "", "", ""
     if len(numbers) > 1:

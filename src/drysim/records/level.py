@@ -81,7 +81,7 @@ class Level(NamedTuple):
         return not any(self.padding) and not self.is_at_rest
 
     @property
-    def words_of_padding(self) -> str:
+    def padding_text(self) -> str:
         """Where zeros pad the signal, such as `the last 50 samples are 0`; empty without."""
         ends = zip(("first", "last"), self.padding, strict=True)
         listed = [f"the {name} {count}" for name, count in ends if count]
@@ -178,7 +178,7 @@ def _padding(values: Signal) -> tuple[int, int]:
     level, spread = mean_and_std(body)
     edges = [len(body) * k // PARTS for k in range(PARTS + 1)]
     means = [mean_and_std(slice_signal(body, *ends))[0] for ends in pairwise(edges)]
-    is_steady = max(abs(one - level) for one in means) <= MAX_DEVIATION * abs(level)
+    is_steady = max(abs(mean - level) for mean in means) <= MAX_DEVIATION * abs(level)
     is_short = not (before and after) or before + after <= MAX_PADDING * n
     enough = MIN_CROSSINGS[bool(before and after)]
     if (

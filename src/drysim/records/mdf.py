@@ -53,7 +53,7 @@ class MdfChannel(NamedTuple):
     """Numbers of a group and of a channel in it, name and unit."""
 
     group: int
-    at: int
+    number: int
     name: str
     unit: str
 
@@ -68,26 +68,26 @@ def mdf_columns(file: RecordFile) -> Channels:
         """Return every channel of samples that is no time axis."""
         with _open_raw(asammdf, file) as (whole, _):
             return [
-                MdfChannel(group, at, str(channel.name), str(channel.unit or "").strip())
+                MdfChannel(group, index, str(channel.name), str(channel.unit or "").strip())
                 for group, content in enumerate(whole.groups)
-                for at, channel in enumerate(content.channels)
-                if whole.masters_db.get(group) != at
+                for index, channel in enumerate(content.channels)
+                if whole.masters_db.get(group) != index
             ]
 
-    found = call_package(read, file, NOT_MDF)
-    if not found:
+    channels = call_package(read, file, NOT_MDF)
+    if not channels:
         raise file.error("the MDF file has no channels")
     series = [
         Channel(
-            label_of_samples(one.name, one.unit),
-            partial(_load_samples, asammdf, file, one),
-            time_column=len(found) + number,
+            label_of_samples(channel.name, channel.unit),
+            partial(_load_samples, asammdf, file, channel),
+            time_column=len(channels) + number,
         )
-        for number, one in enumerate(found)
+        for number, channel in enumerate(channels)
     ]
     times = [
-        Channel(label_of_times(one.name, "s"), partial(_load_times, asammdf, file, one))
-        for one in found
+        Channel(label_of_times(channel.name, "s"), partial(_load_times, asammdf, file, channel))
+        for channel in channels
     ]
     return make_channels(file, [*series, *times])
 
@@ -118,48 +118,49 @@ def _open_raw(asammdf: Any, file: RecordFile) -> Iterator[tuple[Any, dict[int, A
         yield whole, conversions
 
 
-def _load_samples(asammdf: Any, file: RecordFile, one: MdfChannel) -> NDArray[np.generic]:
+def _load_samples(asammdf: Any, file: RecordFile, wanted: MdfChannel) -> NDArray[np.generic]:
     """Load physical values of a channel, without those marked as invalid."""
 
     def read() -> NDArray[np.generic]:
         with _open_raw(asammdf, file) as (whole, conversions):
-            samples = np.asarray(_raw_signal(whole, file, one).samples)
-            channel = whole.groups[one.group].channels[one.at]
+            samples = np.asarray(_raw_signal(whole, file, wanted).samples)
+            channel = whole.groups[wanted.group].channels[wanted.number]
             return _to_physical(
-                file, f"`{shorten_quote(one.name)}`", samples, conversions[id(channel)]
+                file, f"`{shorten_quote(wanted.name)}`", samples, conversions[id(channel)]
             )
 
-    return call_package(read, file, _cannot_be_read(one))
+    return call_package(read, file, _cannot_be_read(wanted))
 
 
-def _load_times(asammdf: Any, file: RecordFile, one: MdfChannel) -> NDArray[np.generic]:
+def _load_times(asammdf: Any, file: RecordFile, wanted: MdfChannel) -> NDArray[np.generic]:
     """Load the times of a channel, without those of invalid samples."""
 
     def read() -> NDArray[np.generic]:
         with _open_raw(asammdf, file) as (whole, conversions):
-            signal = _raw_signal(whole, file, one)
+            signal = _raw_signal(whole, file, wanted)
             # 1 is time; other values are angle or distance.
             if signal.master_metadata[1] != 1:
                 raise file.error(f"`{shorten_quote(signal.name)}` is not sampled over time")
-            times, master = np.asarray(signal.timestamps), _master(whole, one.group)
+            times, master = np.asarray(signal.timestamps), _master(whole, wanted.group)
             conversion = None if master is None else conversions[id(master.channel)]
             return _to_physical(
-                file, f"the time of `{shorten_quote(one.name)}`", times, conversion
+                file, f"the time of `{shorten_quote(wanted.name)}`", times, conversion
             )
 
-    return call_package(read, file, _cannot_be_read(one))
+    return call_package(read, file, _cannot_be_read(wanted))
 
 
-def _cannot_be_read(one: MdfChannel) -> str:
-    return f"channel {one.at} of group {one.group + 1} cannot be read"
+def _cannot_be_read(channel: MdfChannel) -> str:
+    return f"channel {channel.number} of group {channel.group + 1} cannot be read"
 
 
-def _raw_signal(whole: Any, file: RecordFile, one: MdfChannel) -> Any:
+def _raw_signal(whole: Any, file: RecordFile, wanted: MdfChannel) -> Any:
     """Return raw samples and raw times of a channel."""
-    group = whole.groups[one.group]
-    if group.channel_dependencies[one.at]:
+    group = whole.groups[wanted.group]
+    if group.channel_dependencies[wanted.number]:
         raise file.error(
-            f"`{shorten_quote(one.name)}` is an array or a structure, not a series of numbers"
+            f"`{shorten_quote(wanted.name)}` is an array or a structure, not a series of "
+            "numbers"
         )
     # Reject implausible sizes before the package allocates memory for them.
     about = group.channel_group
@@ -167,10 +168,10 @@ def _raw_signal(whole: Any, file: RecordFile, one: MdfChannel) -> Any:
     if size > max(len(file.raw), MAX_PACKED_ROW_SIZE):
         raise file.error(f"{NOT_MDF}: one row of {size} bytes")
     require_plausible_size(file, size * about.cycles_nr)
-    _require_numbers_in_rows(whole, file, one.group, group.channels[one.at])
-    if (master := _master(whole, one.group)) is not None:
+    _require_numbers_in_rows(whole, file, wanted.group, group.channels[wanted.number])
+    if (master := _master(whole, wanted.group)) is not None:
         _require_numbers_in_rows(whole, file, master.group, master.channel)
-    return whole.get(group=one.group, index=one.at, raw=True)
+    return whole.get(group=wanted.group, index=wanted.number, raw=True)
 
 
 class Master(NamedTuple):
@@ -184,8 +185,8 @@ def _master(whole: Any, group: int) -> Master | None:
     """Return the channel with the times of a group, which may belong to another group."""
     other = whole.groups[group].channel_group.cg_master_index
     group = group if other is None else other
-    at = whole.masters_db.get(group)
-    return None if at is None else Master(group, whole.groups[group].channels[at])
+    index = whole.masters_db.get(group)
+    return None if index is None else Master(group, whole.groups[group].channels[index])
 
 
 NUMBERS, COMPUTED = range(6), (3, 6)
@@ -342,11 +343,11 @@ def _check_blocks(file: RecordFile) -> None:
     seen, nested = set[int](), dict[int, int]()
     pending = [HEADER_OFFSET]
     while pending:
-        at = pending.pop()
-        block = _read_block(file.raw, at)
-        if at in seen:
+        offset = pending.pop()
+        block = _read_block(file.raw, offset)
+        if offset in seen:
             raise file.error(f"{NOT_MDF}: its blocks form a loop")
-        seen.add(at)
+        seen.add(offset)
         required = REQUIRED.get(block.kind, {})
         for k in {*required, *OTHERS.get(block.kind, () if required else (0,))}:
             to = block.links[k] if k < len(block.links) else 0
@@ -361,44 +362,45 @@ def _check_blocks(file: RecordFile) -> None:
     _check_compressed(file)
 
 
-def _read_block(raw: bytes, at: int) -> MdfBlock:
+def _read_block(raw: bytes, offset: int) -> MdfBlock:
     """Return the block at an offset; without type and links if there is none."""
-    if not 0 < at <= len(raw) - LINKS_OFFSET or raw[at : at + 2] != b"##":
+    if not 0 < offset <= len(raw) - LINKS_OFFSET or raw[offset : offset + 2] != b"##":
         return MdfBlock(b"", ())
-    (count,) = struct.unpack_from("<Q", raw, at + 16)
-    count = min(count, (len(raw) - at - LINKS_OFFSET) // 8)
+    (count,) = struct.unpack_from("<Q", raw, offset + 16)
+    count = min(count, (len(raw) - offset - LINKS_OFFSET) // 8)
     return MdfBlock(
-        raw[at + 2 : at + 4], struct.unpack_from(f"<{count}Q", raw, at + LINKS_OFFSET)
+        raw[offset + 2 : offset + 4],
+        struct.unpack_from(f"<{count}Q", raw, offset + LINKS_OFFSET),
     )
 
 
-def _count_nested(file: RecordFile, nested: dict[int, int], at: int, depth: int = 0) -> int:
+def _count_nested(file: RecordFile, nested: dict[int, int], offset: int, depth: int = 0) -> int:
     """Return the number of conversions that a conversion consists of; raise for loops."""
     if depth > MAX_DEPTH:
         raise file.error(f"{NOT_MDF}: its conversions are nested too deeply")
-    if at not in nested:
-        nested[at] = MAX_NESTED  # what a loop finds
-        block = _read_block(file.raw, at)
+    if offset not in nested:
+        nested[offset] = MAX_NESTED  # what a loop finds
+        block = _read_block(file.raw, offset)
         inner = block.links[4:] if block.kind == b"CC" else ()
         parts = [to for to in inner if _read_block(file.raw, to).kind == b"CC"]
-        nested[at] = 1 + sum(_count_nested(file, nested, to, depth + 1) for to in parts)
-        if nested[at] > MAX_NESTED:
+        nested[offset] = 1 + sum(_count_nested(file, nested, to, depth + 1) for to in parts)
+        if nested[offset] > MAX_NESTED:
             raise file.error(f"{NOT_MDF}: its conversions refer to one another without end")
-    return nested[at]
+    return nested[offset]
 
 
 def _check_compressed(file: RecordFile) -> None:
     """Raise if the compressed blocks are larger than they state, or implausibly large."""
-    raw, at, total = file.raw, file.raw.find(b"##DZ"), 0
-    while at >= 0:
-        head = raw[at + LINKS_OFFSET : at + 48]
+    raw, offset, total = file.raw, file.raw.find(b"##DZ"), 0
+    while offset >= 0:
+        head = raw[offset + LINKS_OFFSET : offset + 48]
         if len(head) == 24:
             kind, size, packed = struct.unpack("<2xB5xQQ", head)
             total += size
             require_plausible_size(file, total)
-            if kind < 2 and _unpacks_beyond(raw[at + 48 : at + 48 + packed], size):
+            if kind < 2 and _unpacks_beyond(raw[offset + 48 : offset + 48 + packed], size):
                 raise file.error(f"{NOT_MDF}: a compressed block is larger than it states")
-        at = raw.find(b"##DZ", at + 4)
+        offset = raw.find(b"##DZ", offset + 4)
 
 
 def _unpacks_beyond(packed: bytes, size: int) -> bool:

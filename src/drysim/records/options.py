@@ -101,12 +101,12 @@ class Removal(Block):
 
     def yaml_with(self, **more: object) -> str:
         """Return the key `remove` as YAML with further keys; floats are frequencies [Hz]."""
-        words = self.model_copy(update=more).model_dump(exclude_defaults=True)
-        if words.keys() == {"trend"}:
-            return f"`remove: {words['trend']}`"
+        fields = self.model_copy(update=more).model_dump(exclude_defaults=True)
+        if fields.keys() == {"trend"}:
+            return f"`remove: {fields['trend']}`"
         items = (
             f"{key}: {value:.6g} Hz" if isinstance(value, float) else f"{key}: {value}"
-            for key, value in words.items()
+            for key, value in fields.items()
         )
         return f"`remove: {{{', '.join(items)}}}`"
 
@@ -361,9 +361,9 @@ class Recorded(InFile):
         return value
 
     @classmethod
-    def si_of(cls, words: Mapping[str, Any]) -> str | None:
+    def si_of(cls, values: Mapping[str, Any]) -> str | None:
         """Return the SI unit of the samples given the validated fields; None if unknown."""
-        return SI.get(words.get("quantity", getattr(cls, "quantity", "")))
+        return SI.get(values.get("quantity", getattr(cls, "quantity", "")))
 
     @property
     def block(self) -> str:

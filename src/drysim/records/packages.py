@@ -59,8 +59,8 @@ def call_package(read: Callable[[], T], file: RecordFile, what: str) -> T:
         except RecordError:
             raise
         except Exception as error:  # parsers raise exceptions of any type on damaged files
-            words = BUFFER_REPR.sub("the file", " ".join(str(error).split()))
-            why = shorten_quote(words) or type(error).__name__
+            text = BUFFER_REPR.sub("the file", " ".join(str(error).split()))
+            why = shorten_quote(text) or type(error).__name__
         gc.collect()  # incomplete readers may report errors when they are deleted
     raise file.error(f"{what}: {why}")
 

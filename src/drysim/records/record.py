@@ -128,7 +128,7 @@ def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
         )
     realised: dict[str, object] = {} if record.scale == 1.0 else {"scale": record.scale}
     if reports:
-        realised["clean_up"] = [one.to_dict() for one in reports]
+        realised["clean_up"] = [report.to_dict() for report in reports]
     return motion._replace(inputs=(source,), warnings=warnings, realised=realised)
 
 
@@ -151,7 +151,7 @@ def read_normal_force(record: Recorded) -> NormalForceRecord:
             "positive (compression): check the sign (`scale: -1` reverses it)"
         )
         raise record_error(display_path, sentence)
-    clean_up = tuple(one.to_dict() for one in cleaned.reports)
+    clean_up = tuple(report.to_dict() for report in cleaned.reports)
     return NormalForceRecord(values / mean, dt, mean, (source,), warnings, clean_up)
 
 
@@ -252,7 +252,7 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
         warnings += rising_warnings(record, signal, columns.describe_column(index))
     may_miss = record.gaps or record.missing not in (None, NOTHING)
     requested = may_miss or record.resample or record.remove.any
-    is_plain = not requested and grid.at is None and record.quantity == "acceleration"
+    is_plain = not requested and grid.offsets is None and record.quantity == "acceleration"
     if is_plain and not (
         record.window and any(np.isnan(part).any() for part in blocks(signal))
     ):
@@ -289,12 +289,14 @@ def _used(signal: Signal, grid: TimeGrid, window: Window | None) -> tuple[int, i
     """Return the range of the samples in the window, the last one excluded."""
     if window is None:
         return 0, len(signal)
-    if grid.at is None:
+    if grid.offsets is None:
         steps = ((end - grid.first) / grid.dt for end in window.ends)
         first, last = (min(max(end, 0.0), float(len(signal))) for end in steps)
         return ceil(first), min(floor(last) + 1, len(signal))
     low, high = ((end - grid.first) / grid.dt for end in window.ends)
-    return int(np.searchsorted(grid.at, low)), int(np.searchsorted(grid.at, high, "right"))
+    return int(np.searchsorted(grid.offsets, low)), int(
+        np.searchsorted(grid.offsets, high, "right")
+    )
 
 
 def _rms_before_and_after(
@@ -302,7 +304,11 @@ def _rms_before_and_after(
 ) -> tuple[float, float]:
     """Return the RMS about the mean before and after resampling, low-passed if requested."""
     above, half = removal.above, 0.5 / max(grid.dt, series.dt)
-    if above is None or grid.at is not None or not 1 / (len(values) * grid.dt) <= above < half:
+    if (
+        above is None
+        or grid.offsets is not None
+        or not 1 / (len(values) * grid.dt) <= above < half
+    ):
         return float(values.std()), float(np.std(series.values[:]))
     before = low_pass(values, grid.dt, above, removal.order)
     after = low_pass(series.values[:], series.dt, above, removal.order)
@@ -357,14 +363,14 @@ def _without_codes(record: Recorded, columns: Columns, index: int, values: Signa
     if record.missing == NOTHING or columns.normalised:
         return values
     if isinstance(record.missing, float):
-        known = np.array(values[:])
-        known[known == record.missing] = np.nan
-        return known
+        samples = np.array(values[:])
+        samples[samples == record.missing] = np.nan
+        return samples
     code = missing_code(values)
     if code is None:
         return values
     rows = indices_of(values, code)
-    raise columns.at(
+    raise columns.error_at(
         int(rows[0]),
         index,
         f"{code:g}, as in {format_count(len(rows), 'row')}, is far outside the range of all "

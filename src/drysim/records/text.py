@@ -107,10 +107,10 @@ def content_lines(
     The first line begins at offset `start`, by default where the text begins; `line` is its
     1-based number.
     """
-    for number, at, part in raw_lines(file, start, line):
-        words = _decode_line(part)
-        if not words.lstrip().startswith("#") or SPREADSHEET_ERROR.match(words.lstrip()):
-            yield number, at, words
+    for number, offset, part in raw_lines(file, start, line):
+        text = _decode_line(part)
+        if not text.lstrip().startswith("#") or SPREADSHEET_ERROR.match(text.lstrip()):
+            yield number, offset, text
 
 
 def raw_lines(
@@ -149,8 +149,8 @@ def redact_quotes(error: RecordError, text: TextFile) -> RecordError:
     secret = [line for line in whole if not any(mark in line for mark in DELIMITERS)]
 
     def hidden(quote: re.Match[str]) -> str:
-        words = quote[1].removesuffix("…")
-        if any(words in line for line in secret) or words in whole:
+        quoted = quote[1].removesuffix("…")
+        if any(quoted in line for line in secret) or quoted in whole:
             return "`…`"
         return quote[0]
 
@@ -166,22 +166,22 @@ def split_cells(text: str, delimiter: str) -> list[Cell]:
     """Split a line into cells; delimiters within quotation marks do not count."""
     if not delimiter:
         return [Cell(m.group(), m.start() + 1) for m in re.finditer(r"\S+", text)]
-    cells, at, parts, quotes = [], 0, list[str](), 0
+    cells, offset, parts, quotes = [], 0, list[str](), 0
     for part in text.split(delimiter):
         parts.append(part)
         quotes += part.count('"')
         if quotes % 2 == 0:
             whole, parts = delimiter.join(parts), []
-            cells.append(_make_cell(whole, at))
-            at += len(whole) + 1
-    return [*cells, _make_cell(delimiter.join(parts), at)] if parts else cells
+            cells.append(_make_cell(whole, offset))
+            offset += len(whole) + 1
+    return [*cells, _make_cell(delimiter.join(parts), offset)] if parts else cells
 
 
-def _make_cell(part: str, at: int) -> Cell:
+def _make_cell(part: str, offset: int) -> Cell:
     stripped = part.strip()
     quoted = len(stripped) > 1 and stripped[0] == stripped[-1] == '"'
     text = stripped[1:-1].replace('""', '"').strip() if quoted else stripped
-    return Cell(text, at + part.find(stripped) + 1 + quoted)
+    return Cell(text, offset + part.find(stripped) + 1 + quoted)
 
 
 def read_label(text: str) -> ColumnLabel:
@@ -275,8 +275,8 @@ def is_unit_row(cells: Sequence[Cell], header: Sequence[Cell]) -> bool:
     fits = len(cells) == len(header) and is_header(cells)
     if not fits or any(read_label(cell.text).unit for cell in header):
         return False
-    words = (cell.text.strip("[]()") for cell in cells)
-    return any(is_common_unit(word, si) for word in words for si in ("s", *SI.values()))
+    texts = (cell.text.strip("[]()") for cell in cells)
+    return any(is_common_unit(word, si) for word in texts for si in ("s", *SI.values()))
 
 
 def find_header(file: TextFile) -> int:
@@ -287,12 +287,12 @@ def find_header(file: TextFile) -> int:
     content = islice((row for row in content_lines(file) if row[2].strip()), MAX_ROWS_EXAMINED)
     first = [(line, text) for line, _, text in content]
     top = first[0][0] if first else 0
-    for at, ((line, text), (_, below)) in enumerate(pairwise(first)):
+    for number, ((line, text), (_, below)) in enumerate(pairwise(first)):
         mark = find_delimiter_below(text, below)
         row = split_cells(below, mark)
         head = header_cells(text, mark, len(row))
-        if at + 2 < len(first) and is_unit_row(row, head):
-            below = first[at + 2][1]
+        if number + 2 < len(first) and is_unit_row(row, head):
+            below = first[number + 2][1]
             mark = find_delimiter_below(text, below)
             row = split_cells(below, mark)
         if len(row) == len(head) and all(map(is_number, row)):
@@ -451,15 +451,15 @@ class TextTable(Columns):
         if dates is not None:
             readings[dates[0]] = dates[1].days
         columns = [time, *wanted]
-        t, *found = self._read([*columns, *days], gap_column, readings)
+        t, *samples = self._read([*columns, *days], gap_column, readings)
         seconds = np.array(t[:])
         if days:
-            seconds += DAY * found.pop()[:]
+            seconds += DAY * samples.pop()[:]
         elif not form.date_format:
             seconds = across_midnight(seconds)
         examined = islice((cells for _, cells in self.rows() if cells), MAX_ROWS_EXAMINED)
         texts = [cells[time].text for cells in examined if time < len(cells)]
-        return PrintedTimes(seconds, 1.0, clock_resolution(texts)), found
+        return PrintedTimes(seconds, 1.0, clock_resolution(texts)), samples
 
     def file_spacing(self, index: int) -> tuple[float, float] | None:
         """Return time step and first time [s] of a column if the file contains them."""
@@ -493,13 +493,13 @@ class TextTable(Columns):
         self, wanted: list[int], gap_column: int | None, readings: Readings
     ) -> list[Signal]:
         decimal = self.decimal(wanted)
-        found = _read_fast(self, wanted, decimal, readings)
-        if found is None or any(
+        columns = _read_fast(self, wanted, decimal, readings)
+        if columns is None or any(
             index not in readings and _may_be_grouped(x) and self.number_form(index).grouping
-            for index, x in zip(wanted, found, strict=True)
+            for index, x in zip(wanted, columns, strict=True)
         ):
-            found = _read_by_cell(self, wanted, gap_column, readings)
-        return list[Signal](found)
+            columns = _read_by_cell(self, wanted, gap_column, readings)
+        return list[Signal](columns)
 
     def printed_resolution(self, index: int) -> float:
         """Return the unit of the last digit with which the first rows are printed."""
@@ -538,7 +538,7 @@ class TextTable(Columns):
             return NumberForm("," if mark == "." else ".", mark)
         return NumberForm(mark or ".")
 
-    def at(self, row: int, index: int, sentence: str) -> RecordError:
+    def error_at(self, row: int, index: int, sentence: str) -> RecordError:
         """Return the error at a cell in the 0-based row of numbers."""
         line, cells = next(islice(self.rows(), row, None))
         where = f"row {line}, {self.describe_column(index)}"
@@ -587,7 +587,7 @@ class TextTable(Columns):
         """Offset where the rows end that are samples."""
         last, size = self.file.rows.to, len(self.file.text)
         lines = raw_lines(self.file, self.start, self.line) if last else iter(())
-        return next((at for line, at, _ in lines if line > (last or 0)), size)
+        return next((offset for line, offset, _ in lines if line > (last or 0)), size)
 
     @cached_property
     def ends_in_delimiter(self) -> bool:
@@ -605,8 +605,8 @@ class TextTable(Columns):
 def check_quotes(file: TextFile, line: int, text: str) -> None:
     """Raise for a row with an open quotation mark, behind which delimiters do not count."""
     if text.count('"') % 2:
-        at = text.rfind('"')
-        cell = Cell(text[at:], at + 1)
+        place = text.rfind('"')
+        cell = Cell(text[place:], place + 1)
         sentence = f"row {line} has a quotation mark that is not closed: `{cell.quote}`"
         raise file.error(sentence, line, cell)
 
@@ -620,7 +620,7 @@ def detect_table(file: TextFile) -> TextTable:
         If header and rows do not fit together, or there are no rows of numbers.
     """
     check_width(file)
-    content = ((n, at, text) for n, at, text in content_lines(file) if text.strip())
+    content = ((n, offset, text) for n, offset, text in content_lines(file) if text.strip())
     line, start, text = next(content, (0, 0, ""))
     if (likely := find_header(file)) > line:
         hint = f"`skip: {likely - 1}` skips the rows above it"
@@ -717,24 +717,24 @@ def _read_fast(
     """Return columns of a table; None unless all rows are regular and all numbers finite."""
     if table.file.rows.where:
         return None
-    text, at, last = table.file.text, table.start, end_of_rows(table)
-    found = [array("d") for _ in wanted]
+    text, offset, last = table.file.text, table.start, end_of_rows(table)
+    columns = [array("d") for _ in wanted]
     outer = (
         table.begins_with_delimiter and 0 not in wanted,
         (table.ends_in_delimiter and table.width - 1 not in wanted),
     )
-    while at < last:
-        end = min(text.find(b"\n", min(at + PARSE_SIZE, last)) + 1 or last, last)
-        rows = _parse_block(text[at:end], table, decimal, readings, outer)
+    while offset < last:
+        end = min(text.find(b"\n", min(offset + PARSE_SIZE, last)) + 1 or last, last)
+        rows = _parse_block(text[offset:end], table, decimal, readings, outer)
         if rows is None or not np.isfinite(rows[:, wanted]).all():
             return None
-        if not found[0]:  # estimate the size of all rows from the first ones
-            count = len(rows) * (last - at) / (end - at)
-            require_memory(table.display_path, count * FLOAT64_SIZE * len(found))
-        for index, column in zip(wanted, found, strict=True):
+        if not columns[0]:  # estimate the size of all rows from the first ones
+            count = len(rows) * (last - offset) / (end - offset)
+            require_memory(table.display_path, count * FLOAT64_SIZE * len(columns))
+        for index, column in zip(wanted, columns, strict=True):
             column.frombytes(rows[:, index].tobytes())
-        at = end
-    return [np.frombuffer(column) for column in found]
+        offset = end
+    return [np.frombuffer(column) for column in columns]
 
 
 def end_of_rows(table: TextTable) -> int:
@@ -806,13 +806,13 @@ def _read_by_cell(
     readings: Readings = NO_READINGS,
 ) -> list[Floats]:
     """Return columns of a table, parsed cell by cell; raise at the first fault."""
-    found = [array("d") for _ in wanted]
+    columns = [array("d") for _ in wanted]
     numbers = {index: readings.get(index, float) for index in wanted}
     forms = dict[int, NumberForm]()
     is_labelled = 0 not in wanted and _begins_with_number(table)
     for line, cells in table.rows():
         if not cells and wanted == [gap_column]:
-            found[0].append(math.nan)
+            columns[0].append(math.nan)
             continue
         if not cells:
             hint = EMPTY_ROW_HINT if len(wanted) > 1 else GAP_HINT
@@ -822,7 +822,7 @@ def _read_by_cell(
         if is_labelled and is_word(cells[0].text):
             fault = f"`{cells[0].quote}` is not a number"
             raise _not_a_sample(table, line, 0, cells[0], fault)
-        for index, column in zip(wanted, found, strict=True):
+        for index, column in zip(wanted, columns, strict=True):
             text = cells[index].text
             if index == gap_column and MISSING.fullmatch(text):
                 column.append(math.nan)
@@ -837,7 +837,7 @@ def _read_by_cell(
                 fault = _describe_fault(cells[index], form, hint, index in readings)
                 raise _not_a_sample(table, line, index, cells[index], fault)
             column.append(value)
-    return [np.array(column) for column in found]
+    return [np.array(column) for column in columns]
 
 
 def _parse(number: Reading, text: str) -> float:
@@ -873,7 +873,9 @@ def _not_a_sample(
 
 def _ends_table(table: TextTable, line: int) -> bool:
     """Return whether no row from a line on begins with a number, as at the foot of a table."""
-    foot = islice((cells for at, cells in table.rows() if at >= line), MAX_ROWS_EXAMINED)
+    foot = islice(
+        (cells for number, cells in table.rows() if number >= line), MAX_ROWS_EXAMINED
+    )
     return not any(cells and is_number(cells[0]) for cells in foot)
 
 
@@ -948,7 +950,9 @@ def text_columns(file: RecordFile) -> TextTable:
     """Return the columns of a text file."""
     text = open_text(file)
     top = text._replace(begin=0, line=1)
-    first = next((words.strip() for _, _, words in content_lines(top) if words.strip()), "")
+    first = next(
+        (content.strip() for _, _, content in content_lines(top) if content.strip()), ""
+    )
     for name, begin in FOREIGN.items():
         if begin.match(first[:MAX_HEADER_LINE_LENGTH]):
             sentence = f"this is {name} record, which is not read; {CONVERT_SEISMIC}"
@@ -969,14 +973,14 @@ def _lvm_table(file: TextFile) -> TextTable:
     """Return the columns of a LabVIEW measurement file, with units and time steps."""
     keys: dict[str, list[str]] = {}
     ends, names, names_line, delimiter, start = 0, list[Cell](), 0, "", 0
-    for line, at, text in islice(content_lines(file), MAX_ROWS_EXAMINED):
+    for line, offset, text in islice(content_lines(file), MAX_ROWS_EXAMINED):
         delimiter = find_delimiter(text)
         cells = split_cells(text, delimiter)
         first, *others = (cell.text for cell in cells)
         if ends == 2 and not names:
             names, names_line = cells, line
         elif names:
-            start = at
+            start = offset
             break
         elif first == LVM_END:
             ends += 1
@@ -1066,12 +1070,12 @@ def _read_at2_header(text: TextFile) -> At2Header:
     """Find the header line with NPTS and DT."""
     unit = ""
     for line, start, content in content_lines(text):
-        words = content[:MAX_HEADER_LINE_LENGTH]
+        content_start = content[:MAX_HEADER_LINE_LENGTH]
         if line > MAX_HEADER_LINES:
             break
-        if found := UNITS_OF.search(words):
-            unit = found[1].lower()
-        sizes = next(filter(None, (form.search(words) for form in NPTS_AND_DT)), None)
+        if units := UNITS_OF.search(content_start):
+            unit = units[1].lower()
+        sizes = next(filter(None, (form.search(content_start) for form in NPTS_AND_DT)), None)
         if sizes:
             n, dt, quoted = sizes["n"], sizes["dt"], f"`{sizes[0].strip()}`"
             if not n.isdecimal() or int(n) < 1:

@@ -91,7 +91,7 @@ def artefact_warnings(
             yield WarningMessage("record-clipped", sentence, numbers)
     stretches = frozen_stretches(values)
     if stretches:
-        longest = max(stretches, key=lambda one: one.length)
+        longest = max(stretches, key=lambda stretch: stretch.length)
         first, last = (start + longest.first + k for k in (1, longest.length))
         more = f", the longest of {len(stretches)} such stretches" if stretches[1:] else ""
         sentence = (
@@ -99,7 +99,7 @@ def artefact_warnings(
             f"{longest.value:.4g} {unit}, amid a motion{more}: a frozen sensor, a lost signal "
             "or a pause; `window` selects a part without it"
         )
-        count = sum(one.length for one in stretches)
+        count = sum(stretch.length for stretch in stretches)
         numbers = {"sample": first, "samples": count, "value": longest.value}
         yield WarningMessage("record-frozen", sentence, numbers)
 
@@ -149,10 +149,10 @@ def describe_wrong_unit(level: Level, unit: str | None) -> str | None:
 def unit_warnings(record: RecordedMotion, level: Level) -> Iterator[WarningMessage]:
     """Warn of a mean before clean-up that is gravity in another unit."""
     if record.quantity == "acceleration" and record.scale == 1.0:
-        found = describe_wrong_unit(level, record.unit)
-        if found:
+        suspicion = describe_wrong_unit(level, record.unit)
+        if suspicion:
             numbers = {"mean": level.mean, "rms_about_mean": level.spread}
-            yield WarningMessage("record-unit", f"{record.named}: {found}", numbers)
+            yield WarningMessage("record-unit", f"{record.named}: {suspicion}", numbers)
 
 
 CUT_OFF = "cut these zeros off, with `rows` or in the file"
@@ -165,19 +165,20 @@ def check_gravity(record: RecordedMotion, level: Level) -> None:
     if any(map(is_gravity, rests)) and record.gravity == "refuse":
         high_pass = record.remove.yaml_with(below=SUGGESTED_HIGH_PASS)
         if level.mean_is_offset:
-            found = f"the mean of ü is {level.mean:.4g} m/s²"
+            observation = f"the mean of ü is {level.mean:.4g} m/s²"
             removal = record.remove.yaml_with(trend=_trend_to_remove(record))
             remedy = f"remove it with {removal} or a high-pass, {high_pass}"
-        elif level.words_of_padding:
+        elif level.padding_text:
             mean = f"the mean of ü without them is {level.rest:.4g} m/s²"
-            found = f"{level.words_of_padding}, and {mean}"
+            observation = f"{level.padding_text}, and {mean}"
             remedy = f"{CUT_OFF} and remove it"
         else:
-            found = f"at rest ü is {level.rest:.4g} m/s²"
+            observation = f"at rest ü is {level.rest:.4g} m/s²"
             removal = record.remove.yaml_with(trend="rest")
             remedy = f"remove it with {removal} or a high-pass, {high_pass}"
         sentence = (
-            f"{found}, which looks like gravity: {remedy}, or keep it with `gravity: keep`"
+            f"{observation}, which looks like gravity: {remedy}, or keep it with "
+            "`gravity: keep`"
         )
         raise record_error(str(record.path), sentence)
 
@@ -197,18 +198,18 @@ def mean_warnings(
     if record.gravity == "refuse" and level.has_offset:
         mean, spread, rest = level.mean, level.spread, level.rest
         if level.mean_is_offset:
-            found = f"the mean of {name} is {mean:.4g} {unit}"
+            observation = f"the mean of {name} is {mean:.4g} {unit}"
             remedy = _mean_remedy(record)
-        elif level.words_of_padding:
+        elif level.padding_text:
             without = f"the mean of {name} without them is {rest:.4g} {unit}"
-            found = f"{level.words_of_padding}, and {without}"
+            observation = f"{level.padding_text}, and {without}"
             remedy = f"{CUT_OFF}, and remove the mean of the rest"
         else:
-            found = f"{name} at rest, at an end of the record, is {rest:.4g} {unit}"
+            observation = f"{name} at rest, at an end of the record, is {rest:.4g} {unit}"
             removal = _rest_remedy(record)
             remedy = f"the mean, {mean:.4g} {unit}, contains motion as well; {removal}"
         sentence = (
-            f"{record.named}: {found}, large compared with the RMS about the mean, "
+            f"{record.named}: {observation}, large compared with the RMS about the mean, "
             f"{spread:.4g} {unit}; {remedy}"
         )
         numbers = {"mean": mean, "rms_about_mean": spread, "rest": rest}
@@ -348,12 +349,12 @@ def _linear_interpolation_warnings(
 def _spike(values: Signal) -> int | None:
     """Return the sample that makes most of the squared differences of a signal, if one does."""
     total, largest, index = 0.0, 0.0, 0
-    for at in range(0, len(values) - 2, BLOCK_SIZE):
-        squares = np.square(np.diff(values[at : at + BLOCK_SIZE + 2]))
+    for begin in range(0, len(values) - 2, BLOCK_SIZE):
+        squares = np.square(np.diff(values[begin : begin + BLOCK_SIZE + 2]))
         total += float(squares[:BLOCK_SIZE].sum())
         beside = np.minimum(squares[1:], squares[:-1])
         if float(beside.max()) > largest:
-            largest, index = float(beside.max()), at + int(beside.argmax()) + 1
+            largest, index = float(beside.max()), begin + int(beside.argmax()) + 1
     return index if 4 * largest > total else None
 
 
@@ -405,8 +406,10 @@ def rms_share_of_lines(values: Signal, rms: float) -> float:
     the mean square; for a sine of frequency f this is the share 2/3 sin²(π f dt).
     """
     square, squared_differences = rms * rms, 0.0
-    for at in range(0, len(values) - 1, BLOCK_SIZE):
-        squared_differences += float(np.square(np.diff(values[at : at + BLOCK_SIZE + 1])).sum())
+    for begin in range(0, len(values) - 1, BLOCK_SIZE):
+        squared_differences += float(
+            np.square(np.diff(values[begin : begin + BLOCK_SIZE + 1])).sum()
+        )
     lost = squared_differences / (len(values) - 1) / 6
     return sqrt(max(0.0, 1 - lost / square)) if square else 1.0
 

@@ -140,12 +140,13 @@ def describe_clean_up(
         named: dict[object, list[str]] = {}
         for record in records:
             for step in record.clean_up:
-                words = f"{record.file}: {step['sentence']}"
-                named.setdefault(step["step"], []).append(sanitise(words))
+                sentence = f"{record.file}: {step['sentence']}"
+                named.setdefault(step["step"], []).append(sanitise(sentence))
         description = [
-            words[0]
-            + f"; {format_count(len(words) - 1, 'more record')} likewise" * (len(words) > 1)
-            for words in named.values()
+            sentences[0]
+            + f"; {format_count(len(sentences) - 1, 'more record')} likewise"
+            * (len(sentences) > 1)
+            for sentences in named.values()
         ]
     force_record = None if law is None else law.force_record
     force = force_record.clean_up if force_record else ()
@@ -200,7 +201,7 @@ def describe_scene(
         ("friction", forces),
         ("end stops", describe_stops(law, swept, peak)),
     )
-    return ((label, words) for label, words in parts if words)
+    return ((label, text) for label, text in parts if text)
 
 
 def describe_oscillator(
@@ -247,8 +248,8 @@ def _format_directions(
     extension, compression = pair or same
     if extension == compression:
         return format_number(extension, unit)
-    one, other = format_number(extension), format_number(compression, unit)
-    return f"{one} in extension, {other} in compression"
+    first, other = format_number(extension), format_number(compression, unit)
+    return f"{first} in extension, {other} in compression"
 
 
 def describe_friction(
@@ -329,7 +330,7 @@ def describe_stops(law: AnyLaw, swept: Collection[str] = (), peak: float | None 
         for key in swept
         if key.startswith("stroke.")
     }
-    return ", ".join(words for key, words in parts if key not in varied)
+    return ", ".join(text for key, text in parts if key not in varied)
 
 
 def describe_limits(limits: StrokeLimits, peak: float | None = None) -> str:
