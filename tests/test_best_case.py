@@ -14,7 +14,7 @@ from drysim.metrics.table import METRICS
 from drysim.plots.sweep import draw_stroke
 from drysim.scenario.load import load
 from drysim.study.statistics import FAILED, OK, Batch, Row
-from drysim.study.table import Tally, least_worst, misses_of
+from drysim.study.table import Tally, minmax_design, misses_of
 
 KEY = "friction.kinetic"
 SEAT = f"""\
@@ -257,7 +257,7 @@ def test_least_worst_is_what_a_look_through_all_designs_finds(seed):
     grid = random.integers(0, 4, size=(high, records, stride)).astype(float)  # with ties
     grid[random.random(grid.shape) < 0.1] = np.nan
     grid[random.random(grid.shape) < 0.2] = np.inf
-    worst, case = least_worst(grid.ravel(), records, stride)
+    worst, case = minmax_design(grid.ravel(), records, stride)
     found = []
     for i in range(high):
         for j in range(stride):

@@ -104,24 +104,16 @@ Pair = tuple[int, int]
 
 
 class Joined(NamedTuple):
-    """Crossings joined in the cells.
-
-    Attributes
-    ----------
-    points : list of tuple
-        Points, as shares of the axes.
-    widths : list of float
-        Width of the strip at each point.
-    segments : mapping
-        Pairs of points by the labels that they separate.
-    patches : list of tuple
-        Label and polygon of the parts of divided cells.
-    """
+    """Crossings joined in the cells."""
 
     points: list[Floats]
+    """Points, as shares of the axes."""
     widths: list[float]
+    """Width of the strip at each point."""
     segments: dict[Pair, list[tuple[int, int]]]
+    """Pairs of points by the labels that they separate."""
     patches: list[tuple[int, Floats]]
+    """Label and polygon of the parts of divided cells."""
 
 
 class Corner(NamedTuple):

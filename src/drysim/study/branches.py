@@ -90,57 +90,40 @@ FREQUENCY_KEYS = {"excitation.frequency", "friction.normal_variation.frequency"}
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """A branch of periodic motions.
-
-    Attributes
-    ----------
-    number : int
-        From 1.
-    periods : int
-        Periods of the excitation per repetition.
-    symmetric : bool
-        Whether the motion repeats after half its periods with the opposite sign.
-    has_mirror_image : bool
-        Whether that makes a motion of every motion: the scene is symmetric.
-    is_locked : bool
-        Whether the mass sticks all the time, as it does from rest.
-    values : ndarray, shape (n,)
-        Values of the key along the branch, in SI.
-    stops : ndarray, shape (n,)
-        Stops per period of the excitation, without immediate reversals; of an elastic contact,
-        how often it ceases to yield.
-    contacts : ndarray, shape (n,)
-        Contacts with an end stop per period of the excitation.
-    multipliers : ndarray, shape (n, 2)
-        Floquet multipliers of a repetition, complex; the two largest.
-    stable : ndarray, shape (n,)
-        Whether all multipliers are within the unit circle; not at a bifurcation at which one
-        is on it.
-    residual : ndarray, shape (n,)
-        Scaled change of the state over a repetition, with the error of the march [-].
-    multiplier_error : ndarray, shape (n,)
-        Estimated error of the multipliers [-]; 0 where they are in closed form.
-    metrics : mapping
-        Metrics as columns, shape (n,).
-    ends : tuple of str
-        Why it ends on either side: `range`, `loop`, `merged`, `grazing`, `unlocking` or
-        `limit`.
-    """
+    """A branch of periodic motions."""
 
     number: int
+    """From 1."""
     periods: int
+    """Periods of the excitation per repetition."""
     symmetric: bool
+    """Whether the motion repeats after half its periods with the opposite sign."""
     has_mirror_image: bool
+    """Whether that makes a motion of every motion: the scene is symmetric."""
     is_locked: bool
+    """Whether the mass sticks all the time, as it does from rest."""
     values: Floats
+    """Values of the key along the branch, in SI, shape (n,)."""
     stops: Floats
+    """Stops per period of the excitation, without immediate reversals, shape (n,); of an
+    elastic contact, how often it ceases to yield."""
     contacts: Floats
+    """Contacts with an end stop per period of the excitation, shape (n,)."""
     multipliers: NDArray[np.complex128]
+    """Floquet multipliers of a repetition, complex, shape (n, 2); the two largest."""
     stable: NDArray[np.bool_]
+    """Whether all multipliers are within the unit circle, shape (n,); not at a bifurcation at
+    which one is on it."""
     residual: Floats
+    """Scaled change of the state over a repetition, with the error of the march [-], shape
+    (n,)."""
     multiplier_error: Floats
+    """Estimated error of the multipliers [-], shape (n,); 0 where they are in closed form."""
     metrics: Mapping[str, Floats]
+    """Metrics as columns, shape (n,)."""
     ends: tuple[str, str]
+    """Why it ends on either side: `range`, `loop`, `merged`, `grazing`, `unlocking` or
+    `limit`."""
 
     def parts(self) -> Iterator[tuple[bool, slice]]:
         """Yield stable and unstable parts in turn; neighbouring ones share a point.
@@ -165,31 +148,21 @@ class Branch:
 
 
 class Bifurcation(NamedTuple):
-    """A point at which motions appear, vanish or change their kind.
-
-    Attributes
-    ----------
-    kind : str
-    branch : int
-        Number of the branch.
-    value : float
-        Value of the key, in SI.
-    stops, contacts : tuple of float
-        Stops, and contacts with an end stop, per period on either side, in the order of the
-        branch.
-    x_r_peak : float
-        Largest |x_r| [m].
-    position : int
-        Index of the point on the branch; an end that is extrapolated is close to it.
-    """
+    """A point at which motions appear, vanish or change their kind."""
 
     kind: str
     branch: int
+    """Number of the branch."""
     value: float
+    """Value of the key, in SI."""
     stops: tuple[float, float]
+    """Stops per period on either side, in the order of the branch."""
     x_r_peak: float
+    """Largest |x_r| [m]."""
     contacts: tuple[float, float] = (0.0, 0.0)
+    """The same of contacts with an end stop."""
     position: int = 0
+    """Index of the point on the branch; an end that is extrapolated is close to it."""
 
 
 class Motion(NamedTuple):
@@ -920,21 +893,13 @@ def describe_motions(result: BranchesResult) -> str:
 
 
 class Seeds(NamedTuple):
-    """Orbits reached from many starts.
-
-    Attributes
-    ----------
-    orbits : list of tuple
-        Share of the range, state, largest |x_r| [m] and periods of each orbit.
-    stuck : set of float
-        Shares of the range at which a mass at rest sticks.
-    lost : int
-        Number of starts that did not settle.
-    starts : int
-        Number of all starts.
-    """
+    """Orbits reached from many starts."""
 
     orbits: list[tuple[float, Floats, float, int]]
+    """Share of the range, state, largest |x_r| [m] and periods of each orbit."""
     stuck: set[float]
+    """Shares of the range at which a mass at rest sticks."""
     lost: int
+    """Number of starts that did not settle."""
     starts: int
+    """Number of all starts."""

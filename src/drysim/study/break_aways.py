@@ -57,21 +57,14 @@ scenes are then 0.7 to 1.4 times as large, and up to 12 times elsewhere."""
 
 
 class Rates(NamedTuple):
-    """Break-aways per second.
-
-    Attributes
-    ----------
-    counted : float
-        Rate in the motion [1/s].
-    rice : float or None
-        Rate by Rice's formula [1/s]; None where it does not apply.
-    reason : str
-        Why it does not apply, as a clause; else empty.
-    """
+    """Break-aways per second."""
 
     counted: float
+    """Rate in the motion [1/s]."""
     rice: float | None
+    """Rate by Rice's formula [1/s]; None where it does not apply."""
     reason: str = ""
+    """Why it does not apply, as a clause; else empty."""
 
     def __str__(self) -> str:
         """Return both rates as text."""

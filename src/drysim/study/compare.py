@@ -579,7 +579,8 @@ def describe_approach(
     """Yield the findings about one approach, in the case where it deviates most."""
     deviation, row, _ = worst
     reference, exact = comparison.yardstick, comparison.counterpart(row)
-    place = format_at(row, comparison.table.axes)
+    axes = comparison.table.axes
+    place = format_at(row, axes)
     if is_same_solution(scenarios[name], scenarios[reference]):
         law = comparison.laws[name]
         yield (
@@ -587,7 +588,7 @@ def describe_approach(
             "by stick-slip"
         )
         return
-    axes, judged = comparison.table.axes, list(judge(comparison, name))
+    judged = list(judge(comparison, name))
     reference_label = describe_reference(comparison)
     T_a_deviation = f"T_a {format_deviation(deviation)}{place}"
     beyond, within = describe_others(judged, axes)
@@ -602,7 +603,7 @@ def describe_approach(
         yield f"{name} {verb} from {reference_label}: {T_a_deviation}{also}{limits}"
         if len(judged) > 1:
             yield describe_agreement(judged, name, axes)
-    if exact is None or reference_limits(comparison):
+    if exact is None or limits:
         return
     case = scenario_at(scenarios[name], row.point)
     response = response_of(case)

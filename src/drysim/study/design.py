@@ -24,7 +24,7 @@ import numpy as np
 
 from drysim.core.model import Floats, Input, Samples, Sines
 from drysim.errors import ScenarioError, SolverError, WarningMessage
-from drysim.metrics.checks import EVERY_SEED, Check, Verdict
+from drysim.metrics.checks import EVERY_SEED, Check, Verdict, violation
 from drysim.metrics.checks import MEAN as SEED_MEAN
 from drysim.metrics.table import FIT_NAMES, METRICS_BY_NAME, SIGNED, STROKE_USED, Values
 from drysim.metrics.text import format_metric
@@ -118,27 +118,18 @@ ratio of a damper that stays the same, too."""
 
 
 class Candidate(NamedTuple):
-    """An evaluated design.
-
-    Attributes
-    ----------
-    number : int
-        From 1, in the order of the evaluations.
-    values : mapping
-        Varied keys in SI.
-    rows : tuple of Row
-        One per condition; means over the seeds if there are several.
-    objectives : tuple of float
-        Of the worst condition, or the mean over the conditions; NaN where not known.
-    excess : tuple of float
-        By how much each limit is exceeded under its worst condition, relative to the limit.
-    """
+    """An evaluated design."""
 
     number: int
+    """From 1, in the order of the evaluations."""
     values: Mapping[str, float]
+    """Varied keys in SI."""
     rows: tuple[Row, ...]
+    """One per condition; means over the seeds if there are several."""
     objectives: tuple[float, ...]
+    """Of the worst condition, or the mean over the conditions; NaN where not known."""
     excess: tuple[float, ...]
+    """By how much each limit is exceeded under its worst condition, relative to the limit."""
 
     @property
     def is_known(self) -> bool:
@@ -157,45 +148,27 @@ class Candidate(NamedTuple):
 
 
 class Region(NamedTuple):
-    """Designs as good as the best one.
-
-    Attributes
-    ----------
-    ends : mapping
-        Least and greatest value of each varied key; None for an end that is not known.
-    points : ndarray, shape (n, keys)
-        Points of the region in the unit cube, for pictures.
-    """
+    """Designs as good as the best one."""
 
     ends: Mapping[str, tuple[float | None, float | None]]
+    """Least and greatest value of each varied key; None for an end that is not known."""
     points: Floats
+    """Points of the region in the unit cube, for pictures, shape (n, keys)."""
 
 
 class Binding(NamedTuple):
-    """A limit that keeps the best design from being better.
-
-    Attributes
-    ----------
-    limit : Check
-    objective : float
-        Objective of a design that exceeds only this limit.
-    """
+    """A limit that keeps the best design from being better."""
 
     limit: Check
     objective: float
+    """Objective of a design that exceeds only this limit."""
 
 
 class Variant(NamedTuple):
-    """The best design with something changed: its objectives.
-
-    Attributes
-    ----------
-    name : str
-        Such as `friction +10 %`.
-    candidate : Candidate
-    """
+    """The best design with something changed: its objectives."""
 
     name: str
+    """Such as `friction +10 %`."""
     candidate: Candidate
 
 
@@ -301,8 +274,11 @@ class DesignResult(Result):
 
     def judge(self, rows: Sequence[Row]) -> tuple[Verdict, ...]:
         """Return the limits, judged on the worst of some rows of a design."""
-        conditions = {axis.key for axis in self.design.conditions.axes}
-        return tuple(judge_limit(limit, rows, conditions) for limit in self.limits)
+        keys = {axis.key for axis in self.design.conditions.axes}
+        return tuple(
+            max((judge_limit(limit, row, keys) for row in rows), key=violation)
+            for limit in self.limits
+        )
 
     @property
     def several_rows(self) -> tuple[Row, ...]:
@@ -506,29 +482,19 @@ def limits_of(scenario: Scenario) -> tuple[Check, ...]:
 
 @dataclass
 class Study:
-    """Evaluation of designs, round by round.
-
-    Attributes
-    ----------
-    case : Case
-    execute : callable
-        Solves the cases of designs.
-    store : Store, optional
-        Cases that it holds are not computed again, all others are written to it.
-    advance : callable, optional
-        Called with the number of new designs.
-    candidates : list of Candidate
-        All designs so far.
-    first : int
-        Number of the next case.
-    """
+    """Evaluation of designs, round by round."""
 
     case: Case
     execute: Execute
+    """Solves the cases of designs."""
     store: Store | None = None
+    """Cases that it holds are not computed again, all others are written to it."""
     advance: Callable[[int], None] = lambda count: None
+    """Called with the number of new designs."""
     candidates: list[Candidate] = field(default_factory=list)
+    """All designs so far."""
     first: int = 0
+    """Number of the next case."""
 
     @cached_property
     def motions(self) -> MotionCache:
@@ -794,16 +760,10 @@ def limited_value(limit: Check, row: Row) -> float:
     return number_of(judged_value(limit, row))
 
 
-def judge_limit(limit: Check, rows: Sequence[Row], conditions: Collection[str]) -> Verdict:
-    """Return the verdict on a limit under the condition that exceeds it by most."""
-    row = max(rows, key=lambda row: number_or_inf(limit.excess(limited_value(limit, row))))
+def judge_limit(limit: Check, row: Row, conditions: Collection[str]) -> Verdict:
+    """Return the verdict on a limit under one condition."""
     where = {key: value for key, value in row.point.items() if key in conditions}
     return judge_row(limit, row, where)
-
-
-def number_or_inf(value: float) -> float:
-    """Return a number, infinite for NaN."""
-    return inf if isnan(value) else value
 
 
 def evaluations_of(scenario: Scenario, candidates: Sequence[Candidate]) -> Evaluations:

@@ -246,34 +246,23 @@ BLOCKS = 20
 
 
 class Parameter(NamedTuple):
-    """A fitted value with its 95 % intervals; None where there is no bound.
-
-    Attributes
-    ----------
-    key, unit : str
-    value : float
-    deviation : float or None
-        Standard deviation; None where the record does not determine the value.
-    low, high : float or None
-        Interval from the covariance.
-    profile_low, profile_high : float or None
-        Interval from the profile.
-    note : str
-        What the record does not tell, one sentence; usually empty.
-    bound : float or None
-        The bound that the value lies at; None for a value between its bounds.
-    """
+    """A fitted value with its 95 % intervals; None where there is no bound."""
 
     key: str
     unit: str
     value: float
     deviation: float | None
+    """Standard deviation; None where the record does not determine the value."""
     low: float | None
     high: float | None
+    """Interval from the covariance."""
     profile_low: float | None
     profile_high: float | None
+    """Interval from the profile."""
     note: str = ""
+    """What the record does not tell, one sentence; usually empty."""
     bound: float | None = None
+    """The bound that the value lies at; None for a value between its bounds."""
 
 
 class Profile(NamedTuple):
@@ -285,24 +274,16 @@ class Profile(NamedTuple):
 
 
 class ChannelFit(NamedTuple):
-    """How well one channel is fitted.
-
-    Attributes
-    ----------
-    name : str
-    noise : float
-        RMS of the residuals over the selected samples, in SI.
-    error, error_held_out : float or None
-        RMS of the residuals relative to the RMS of the signal [-].
-    offset : float or None
-        Fitted offset of the measured channel, in SI.
-    """
+    """How well one channel is fitted."""
 
     name: str
     noise: float
+    """RMS of the residuals over the selected samples, in SI."""
     error: float
     error_held_out: float | None
+    """RMS of the residuals relative to the RMS of the signal [-]."""
     offset: float | None
+    """Fitted offset of the measured channel, in SI."""
 
 
 class LawScore(NamedTuple):
@@ -434,18 +415,12 @@ def rms(values: Floats) -> float:
 
 
 class Differentiable(NamedTuple):
-    """Function of scaled parameters, and its derivatives where they are known.
-
-    Attributes
-    ----------
-    value : callable
-        Returns an array of shape (n,).
-    slopes : callable
-        Returns the derivatives, shape (n, p); None where they are not known in closed form.
-    """
+    """Function of scaled parameters, and its derivatives where they are known."""
 
     value: Callable[[Floats], Floats]
+    """Returns an array of shape (n,)."""
     slopes: Callable[[Floats], Floats | None]
+    """Returns the derivatives, shape (n, p); None where they are not known in closed form."""
 
     def of(self, x: Floats, part: list[int]) -> Differentiable:
         """Return the function of some of the parameters; the others are those of x."""
@@ -586,23 +561,15 @@ def minimise(
 
 @dataclass(frozen=True, eq=False)
 class LeastSquares:
-    """Residuals of a model, and their minimisation in scaled parameters.
-
-    Attributes
-    ----------
-    model : FitModel
-    end : float
-        Time up to which samples are fitted [s].
-    scale : ndarray, shape (p,)
-        Size of each parameter; the scaled ones are about 1.
-    noise : dict
-        Noise of each channel, by which residuals are divided.
-    """
+    """Residuals of a model, and their minimisation in scaled parameters."""
 
     model: FitModel
     end: float
+    """Time up to which samples are fitted [s]."""
     scale: Floats
+    """Size of each parameter, shape (p,); the scaled ones are about 1."""
     noise: dict[str, float]
+    """Noise of each channel, by which residuals are divided."""
 
     @classmethod
     def starting_from(cls, model: FitModel, end: float, start: Floats) -> Self:
@@ -1155,21 +1122,13 @@ def _profile_point(solution: Solution, others: list[int], j: int, at: float) -> 
 
 @dataclass(frozen=True, eq=False)
 class LawFit:
-    """Solution under one friction law.
-
-    Attributes
-    ----------
-    model : FitModel
-    first : LeastSquares
-        Residuals in units of the signals, by which all starts are compared.
-    ends : tuple of ndarray
-        Scaled parameters to which each start led.
-    solution : Solution
-    """
+    """Solution under one friction law."""
 
     model: FitModel
     first: LeastSquares
+    """Residuals in units of the signals, by which all starts are compared."""
     ends: tuple[Floats, ...]
+    """Scaled parameters to which each start led."""
     solution: Solution
 
     @cached_property

@@ -83,29 +83,19 @@ UNCERTAIN, OUTSIDE = 2, 3
 
 
 class Measurement(NamedTuple):
-    """The measured response on the time axis of the base motion.
-
-    Attributes
-    ----------
-    channels : dict
-        Samples of each channel in SI, shape (n,).
-    t : ndarray
-        Times [s], from the start of the base motion.
-    first, stride : int
-        Index of the first sample on the grid of the base motion, and grid steps per sample.
-    inputs : tuple of Input
-    warnings : tuple of WarningMessage
-    imposed : float
-        First velocity or displacement that a rig imposes, in SI; its time is 0.
-    """
+    """The measured response on the time axis of the base motion."""
 
     channels: dict[str, Floats]
+    """Samples of each channel in SI, shape (n,)."""
     t: Floats
+    """Times [s], from the start of the base motion."""
     first: int
     stride: int
+    """Index of the first sample on the grid of the base motion, and grid steps per sample."""
     inputs: tuple[Input, ...]
     warnings: tuple[WarningMessage, ...]
     imposed: float = 0.0
+    """First velocity or displacement that a rig imposes, in SI; its time is 0."""
 
     @property
     def dt(self) -> float:
@@ -114,19 +104,13 @@ class Measurement(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """Computed channels at the measured instants.
-
-    Attributes
-    ----------
-    channels : dict
-        Samples of each channel in SI, shape (n,).
-    mode : ndarray of int8
-        Direction of sliding, 0 where stuck. Acceleration and friction force jump where it
-        changes.
-    """
+    """Computed channels at the measured instants."""
 
     channels: dict[str, Floats]
+    """Samples of each channel in SI, shape (n,)."""
     mode: NDArray[np.int8]
+    """Direction of sliding, 0 where stuck. Acceleration and friction force jump where it
+    changes."""
 
     @property
     def covers(self) -> NDArray[np.bool_]:
@@ -160,24 +144,16 @@ def is_valid_scene(law: AnyLaw, start: State) -> bool:
 
 
 class Places(NamedTuple):
-    """Places of the measured instants on the grid of a response.
-
-    Attributes
-    ----------
-    low : slice or ndarray of int
-        Grid point at or before each instant.
-    share : ndarray or None
-        Part of the step from there; None where all instants are grid points.
-    mode : ndarray of int8
-        As in `Prediction`.
-    step : float
-        Step of the grid [s].
-    """
+    """Places of the measured instants on the grid of a response."""
 
     low: Any
+    """Grid point at or before each instant."""
     share: Floats | None
+    """Part of the step from there; None where all instants are grid points."""
     mode: NDArray[np.int8]
+    """As in `Prediction`."""
     step: float
+    """Step of the grid [s]."""
 
     @classmethod
     def at_points(cls, response: Response, first: int, stride: int, count: int) -> Places:
@@ -215,23 +191,15 @@ class Places(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """The motion with some values of the free keys.
-
-    Attributes
-    ----------
-    model : FitModel
-    values : ndarray, shape (p,)
-    scene : Trial
-    response : Response
-    places : Places
-        Of the measured instants.
-    """
+    """The motion with some values of the free keys."""
 
     model: FitModel
     values: Floats
+    """Values of the free keys, shape (p,)."""
     scene: Trial
     response: Response
     places: Places
+    """Places of the measured instants."""
 
     @cached_property
     def with_spring(self) -> bool:
@@ -331,25 +299,16 @@ class FreeParameter:
 
 @dataclass(frozen=True, eq=False)
 class FitModel:
-    """A scenario as a function of its free keys.
-
-    Attributes
-    ----------
-    scenario : Scenario
-        Under the law that is fitted.
-    motion : Sines or Samples
-        Base motion; of a rig the motion that is imposed.
-    measurement : Measurement
-    parameters : tuple of FreeParameter
-    case : Case
-        The case at the values of the file.
-    """
+    """A scenario as a function of its free keys."""
 
     scenario: Scenario
+    """Under the law that is fitted."""
     motion: Sines | Samples
+    """Base motion; of a rig the motion that is imposed."""
     measurement: Measurement
     parameters: tuple[FreeParameter, ...]
     case: Case
+    """The case at the values of the file."""
 
     @property
     def fit(self) -> Fit:

@@ -8,7 +8,7 @@ Problem
 
 Method
     1. Solve the periodic orbit from the start of the scenario at every node of a grid, many in
-       one call of the kernel, and label it in each of the `FIELDS`.
+       one call of the kernel, and label it in each field.
     2. With F_fs above F_fk other starts may lead to other orbits. Where one is found, continue
        it to the neighbouring nodes: its basin may be too small to be hit by a fixed start.
     3. On every edge whose ends have different labels, bisect to the label of one end; if that
@@ -81,9 +81,8 @@ Labels = Mapping[str, Integers]
 Advance = Callable[[int], None]
 
 ISOLATION, STROKE, SEVERAL = "isolation", "stroke", "several"
-FIELDS = (REGIME, ISOLATION, STROKE, SEVERAL)
-"""Labels of a steady motion: its regime; whether T_a is below 1; whether |x_r| reaches the
-stroke limit; whether other starts lead to another stable motion."""
+"""Fields of labels of a steady motion, beside its `REGIME`: whether T_a is below 1; whether
+|x_r| reaches the stroke limit; whether other starts lead to another stable motion."""
 
 UNRESOLVED, UNSETTLED = -3, -2
 """Regimes of a motion too small to be told from rounding, and of one without a settled or
@@ -240,25 +239,17 @@ def steady_scenario(scenario: Scenario) -> Scenario:
 
 
 class Boundary(NamedTuple):
-    """A traced line between two regions.
-
-    Attributes
-    ----------
-    field : str
-        One of `FIELDS`.
-    labels : tuple of int
-        Labels of the regions on both sides.
-    points : ndarray, shape (n, 2)
-        Values at both axes in SI.
-    width : float
-        Largest width of the strip in which the boundary lies, as a share of an axis; 0 if it
-        is known to rounding. A second motion ends within this width of the line.
-    """
+    """A traced line between two regions."""
 
     field: str
+    """`REGIME` or another field."""
     labels: tuple[int, int]
+    """Labels of the regions on both sides."""
     points: Floats
+    """Values at both axes in SI, shape (n, 2)."""
     width: float
+    """Largest width of the strip in which the boundary lies, as a share of an axis; 0 if it is
+    known to rounding. A second motion ends within this width of the line."""
 
     @property
     def name(self) -> str:
@@ -280,27 +271,18 @@ LINE_NAMES = {
 
 
 class Change(NamedTuple):
-    """A boundary that the scenario meets along one axis.
-
-    Attributes
-    ----------
-    key, unit : str
-    distance : float
-        Signed change of the key up to the boundary, SI.
-    share : float
-        The same as a share of the axis.
-    field : str
-        The field that changes, one of `FIELDS`.
-    sentence : str
-        What changes there.
-    """
+    """A boundary that the scenario meets along one axis."""
 
     key: str
     unit: str
     distance: float
+    """Signed change of the key up to the boundary, SI."""
     share: float
+    """The same as a share of the axis."""
     field: str
+    """The field that changes."""
     sentence: str
+    """What changes there."""
 
     @property
     def step(self) -> str:
@@ -314,27 +296,18 @@ class Change(NamedTuple):
 
 
 class Place(NamedTuple):
-    """The scenario itself in the map.
-
-    Attributes
-    ----------
-    values : mapping
-        Its values at the axes; empty if it does not state both.
-    labels : mapping
-        Its label in each field.
-    changes : tuple of Change
-        In each direction along each axis the nearest boundary and, if that is another one, the
-        nearest at which the regime changes; empty if the scenario lies outside the map.
-    is_inside : bool
-    rates : Rates or None
-        Under random base motion.
-    """
+    """The scenario itself in the map."""
 
     values: Mapping[str, float]
+    """Its values at the axes; empty if it does not state both."""
     labels: Mapping[str, int]
+    """Its label in each field."""
     changes: tuple[Change, ...]
+    """In each direction along each axis the nearest boundary and, if that is another one, the
+    nearest at which the regime changes; empty if the scenario lies outside the map."""
     is_inside: bool
     rates: Rates | None = None
+    """Under random base motion."""
 
     @property
     def nearest(self) -> Change | None:

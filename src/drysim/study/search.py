@@ -78,21 +78,14 @@ MAX_DISTANCES = 1 << 14
 
 
 class Evaluations(NamedTuple):
-    """Evaluated points.
-
-    Attributes
-    ----------
-    points : ndarray, shape (n, dimensions)
-        In the unit cube.
-    objectives : ndarray, shape (n, 1) or (n, 2)
-        NaN where the evaluation failed.
-    constraints : ndarray, shape (n, constraints)
-        At most 0 where they hold.
-    """
+    """Evaluated points."""
 
     points: Floats
+    """Points of the unit cube, shape (n, dimensions)."""
     objectives: Floats
+    """Shape (n, 1) or (n, 2); NaN where the evaluation failed."""
     constraints: Floats
+    """Shape (n, constraints); at most 0 where they hold."""
 
     def at(self, chosen: NDArray[np.int64]) -> Evaluations:
         """Return some of the evaluations."""
@@ -144,23 +137,17 @@ class Surrogate:
 
     Cubic radial basis functions of the distances from the points, and a linear function. The
     import of `scipy.interpolate` alone would take as long as a hundred motions of a minute.
-
-    Attributes
-    ----------
-    points : ndarray, shape (n, dimensions)
-        Where the values are known; no two are equal.
-    weights : ndarray, shape (n + 1 + dimensions, objectives + constraints)
-        Factors of the radial functions, and of the linear one.
-    objectives : int
-        Number of objectives, which come first.
-    least : sequence of float
-        Least possible value of each objective; none without.
     """
 
     points: Floats
+    """Where the values are known, shape (n, dimensions); no two are equal."""
     weights: Floats
+    """Factors of the radial functions, and of the linear one, shape (n + 1 + dimensions,
+    objectives + constraints)."""
     objectives: int
+    """Number of objectives, which come first."""
     least: Sequence[float] = ()
+    """Least possible value of each objective; none without."""
 
     @classmethod
     def of(cls, found: Evaluations, least: Sequence[float] = ()) -> Surrogate | None:

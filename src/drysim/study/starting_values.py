@@ -51,23 +51,16 @@ STATIC_RATIOS = (1.3, 1.02, 2.0, 3.0)
 
 @dataclass(frozen=True)
 class Kinematics:
-    """Base and mass motion on an even grid; arrays of shape (n,).
-
-    Attributes
-    ----------
-    dt : float
-        Time step [s].
-    u_dd, x_dd : ndarray
-        Acceleration of base and mass [m/s²].
-    x_r, v_r : ndarray or None
-        Relative motion [m, m/s], where it was measured.
-    """
+    """Base and mass motion on an even grid; arrays of shape (n,)."""
 
     dt: float
+    """Time step [s]."""
     u_dd: Floats
     x_dd: Floats
+    """Acceleration of base and mass [m/s²]."""
     x_r: Floats | None = None
     v_r: Floats | None = None
+    """Relative motion [m, m/s], where it was measured."""
 
 
 def noise_level(values: Floats) -> float:

@@ -264,7 +264,7 @@ class Table(Result):
         axes = [axis for axis in self.axes if axis.key in keys]
         records = next(len(axis.values) for axis in axes if axis.key == FILE_KEY)
         stride = count_points(list(takewhile(lambda axis: axis.key != FILE_KEY, axes)))
-        worst, at = least_worst(self._column(own, values), records, stride)
+        worst, at = minmax_design(self._column(own, values), records, stride)
         admissible = int((worst != np.inf).sum())
         row = None if at is None else self._row_of(own, at)
         closest = None if row else self._closest(own, records, stride)
@@ -273,7 +273,7 @@ class Table(Result):
     def _closest(self, own: Tally, records: int, stride: int) -> Verdict | None:
         """Return the check that the case closest to admissible fails by most."""
         misses = self._column(own, lambda batch: misses_of(batch, own.checks).max(axis=0))
-        _, at = least_worst(misses, records, stride)
+        _, at = minmax_design(misses, records, stride)
         if at is None:
             return None
         row = self._row_of(own, at)
@@ -443,10 +443,10 @@ def has_shared_motion(axes: Iterable[Axis]) -> bool:
     return not any(axis.key.startswith(MOTION_KEYS) for axis in axes)
 
 
-def least_worst(
+def minmax_design(
     values: NDArray[np.float64], records: int, stride: int
 ) -> tuple[NDArray[np.float64], int | None]:
-    """Return the greatest value of each design over the records, and the case of the least.
+    """Return the worst value of each design over the records, and the case of the smallest.
 
     Parameters
     ----------
@@ -772,9 +772,8 @@ def misses_of(batch: Batch, checks: Iterable[Check]) -> NDArray[np.float64]:
     """
     exceeds = np.nan_to_num(batch.metrics["violations"]) > 0
     used = batch.metrics[STROKE_USED].copy()
-    for i, over in batch.over.items():
-        known = [value for value in over.values.get(STROKE_USED, ()) if value is not None]
-        used[i] = max(known, default=used[i])
+    largest = [batch.row(i).largest(STROKE_USED) for i in batch.over]
+    used[[*batch.over]] = np.array(largest, dtype=float)  # None becomes NaN
     beyond = np.maximum(np.nan_to_num(used) - 1.0, 0.0)
     misses = [np.where(exceeds, beyond, -np.inf)]
     for check in checks:
