@@ -50,8 +50,8 @@ class Net(Protocol):
 def on_edges(net: Net, edges: Integers, share: Floats) -> Floats:
     """Return the points at shares of edges, shape (n, 2)."""
     a, b = net.points[net.edges[edges, 0]], net.points[net.edges[edges, 1]]
-    found: Floats = np.where(share[:, None] == 1.0, b, a + share[:, None] * (b - a))
-    return found
+    points: Floats = np.where(share[:, None] == 1.0, b, a + share[:, None] * (b - a))
+    return points
 
 
 class Grid(NamedTuple):
@@ -140,22 +140,25 @@ def join_crossings(
     for edge, several in crossings.items():
         a, b = points[edges[edge]]
         numbers[edge] = list(range(len(joined.points), len(joined.points) + len(several)))
-        joined.points.extend(a + one.share * (b - a) for one in several)
-        joined.widths.extend(one.width * float(np.abs(b - a).max()) for one in several)
+        joined.points.extend(a + crossing.share * (b - a) for crossing in several)
+        joined.widths.extend(
+            crossing.width * float(np.abs(b - a).max()) for crossing in several
+        )
     for cell in sorted({cell for edge in crossings for cell in grid.cells_at(edge)}):
         perimeter: list[Corner] = []
         for node, edge, is_reversed in grid.sides(cell):
             label = int(labels[node])
             perimeter.append(Corner(-1, points[node], label, label))
             on_edge = [
-                Corner(number, joined.points[number], one.before, one.after)
-                for number, one in zip(
+                Corner(number, joined.points[number], crossing.before, crossing.after)
+                for number, crossing in zip(
                     numbers.get(edge, ()), crossings.get(edge, ()), strict=True
                 )
             ]
             if is_reversed:
                 on_edge = [
-                    one._replace(before=one.after, after=one.before) for one in on_edge[::-1]
+                    corner._replace(before=corner.after, after=corner.before)
+                    for corner in on_edge[::-1]
                 ]
             perimeter += on_edge
         join_cell(perimeter, joined)
@@ -164,23 +167,24 @@ def join_crossings(
 
 def join_cell(perimeter: Sequence[Corner], joined: Joined) -> None:
     """Join the crossings on the perimeter of one cell, and divide the cell along the lines."""
-    left = [one for one in perimeter if one.number >= 0]
+    left = [corner for corner in perimeter if corner.number >= 0]
     if len(left) < 2:
         return
-    if len(left) == 4 and len({one.pair for one in left}) == 1:  # a saddle: the shorter way
+    # Of a saddle, the shorter way.
+    if len(left) == 4 and len({corner.pair for corner in left}) == 1:
         lengths = [np.hypot(*(left[i].at - left[i - 1].at)) for i in range(4)]
         if lengths[0] + lengths[2] < lengths[1] + lengths[3]:
             left = [left[-1], *left[:-1]]
-        joined.patches.append((left[1].after, np.array([one.at for one in left])))
-    at = 0
-    while at + 1 < len(left):
-        one, other = left[at : at + 2]
-        if one.pair == other.pair:
-            joined.segments[one.pair].append((one.number, other.number))
-            del left[at : at + 2]
-            at = max(0, at - 1)
+        joined.patches.append((left[1].after, np.array([corner.at for corner in left])))
+    index = 0
+    while index + 1 < len(left):
+        corner, other = left[index : index + 2]
+        if corner.pair == other.pair:
+            joined.segments[corner.pair].append((corner.number, other.number))
+            del left[index : index + 2]
+            index = max(0, index - 1)
         else:
-            at += 1
+            index += 1
     if len(left) == 2 and left[0].pair == left[1].pair:
         joined.segments[left[0].pair].append((left[0].number, left[1].number))
         left = []
@@ -188,16 +192,16 @@ def join_cell(perimeter: Sequence[Corner], joined: Joined) -> None:
         joined.segments[left[0].pair].append((left[-1].number, left[0].number))
         left = left[1:-1]
     if left:  # three or more regions meet
-        joined.points.append(np.mean([one.at for one in left], axis=0))
+        joined.points.append(np.mean([corner.at for corner in left], axis=0))
         joined.widths.append(0.0)
-        for one in left:
-            joined.segments[one.pair].append((one.number, len(joined.points) - 1))
-    first = next(i for i, one in enumerate(perimeter) if one.number >= 0)
+        for corner in left:
+            joined.segments[corner.pair].append((corner.number, len(joined.points) - 1))
+    first = next(i for i, corner in enumerate(perimeter) if corner.number >= 0)
     around = [*perimeter[first:], *perimeter[: first + 1]]
     begin = 0
     for end in range(1, len(around)):
         if around[end].number >= 0:
-            polygon = [one.at for one in around[begin : end + 1]]
+            polygon = [corner.at for corner in around[begin : end + 1]]
             polygon += [joined.points[-1]] if left else []
             joined.patches.append((around[begin].after, np.array(polygon)))
             begin = end

@@ -235,12 +235,14 @@ class BranchesResult(Result):
     @property
     def residual(self) -> float:
         """Largest residual of all orbits [-]."""
-        return max((float(one.residual.max()) for one in self.branches), default=0.0)
+        return max((float(branch.residual.max()) for branch in self.branches), default=0.0)
 
     @property
     def multiplier_error(self) -> float:
         """Largest estimated error of all multipliers [-]; 0 in closed form."""
-        return max((float(one.multiplier_error.max()) for one in self.branches), default=0.0)
+        return max(
+            (float(branch.multiplier_error.max()) for branch in self.branches), default=0.0
+        )
 
     @property
     def numerics(self) -> dict[str, object]:
@@ -331,10 +333,10 @@ def further_keys_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     first, *others = scenario.sweep
     if not others:
         return
-    own = scenario.values_of([axis.key for axis in others])
+    stated = scenario.values_of([axis.key for axis in others])
     kept = [
-        f"{axis.key} at {format_number(own[axis.key], format_unit(axis.unit))}"
-        if axis.key in own
+        f"{axis.key} at {format_number(stated[axis.key], format_unit(axis.unit))}"
+        if axis.key in stated
         else axis.key
         for axis in others
     ]
@@ -416,19 +418,19 @@ class Study:
 
         They are beyond the range by `margin`, or a part of it where that is not admissible.
         """
-        found = []
+        ends = []
         for end, sense in ((0.0, -1.0), (1.0, 1.0)):
             shares = (end + sense * self.margin * 0.5**i for i in range(MARGINS))
-            found.append(next(filter(self.is_admissible, shares), end))
-        return found[0], found[1]
+            ends.append(next(filter(self.is_admissible, shares), end))
+        return ends[0], ends[1]
 
     def is_admissible(self, p: float) -> bool:
         """Whether the scenario may have the value of the key at a share of the range."""
         try:
-            one = self.scenario.at({self.axis.key: self.value(p)})
+            scenario = self.scenario.at({self.axis.key: self.value(p)})
         except ScenarioError:
             return False
-        return scene_period(one) is not None
+        return scene_period(scenario) is not None
 
     @cached_property
     def return_map(self) -> ShootingReturnMap:
@@ -475,12 +477,12 @@ class Study:
         continuation = Continuation(
             self.return_map, self.is_symmetric, self.limits, self.max_branch_points
         )
-        own = self.scenario.values_of([self.axis.key]).get(self.axis.key)
-        if own is not None and not self.range.low <= own <= self.range.high:
-            own = None
+        value_here = self.scenario.values_of([self.axis.key]).get(self.axis.key)
+        if value_here is not None and not self.range.low <= value_here <= self.range.high:
+            value_here = None
         shares = np.linspace(0.0, 1.0, self.seed_values)
-        seeds = self.seeds(shares, [] if own is None else [*self.own_start(own)])
-        found, gaps = continuation.find_branches(seeds.orbits, MAX_BRANCHES)
+        seeds = self.seeds(shares, [] if value_here is None else [*self.own_start(value_here)])
+        followed, gaps = continuation.find_branches(seeds.orbits, MAX_BRANCHES)
         branches: list[Branch] = []
         bifurcations: list[Bifurcation] = []
         for number, low, high in self.locked_ranges(shares, seeds.stuck):
@@ -493,15 +495,15 @@ class Study:
                 )
                 if end == UNLOCKING
             ]
-        for one in found:
+        for course in followed:
             number = len(branches) + 1
-            branches.append(self.measured_branch(number, one, continuation))
-            per_period = (2.0 if one.repetition.half else 1.0) / one.repetition.periods
-            marked = {bifurcation.position for bifurcation in one.bifurcations}
-            for kind, point, position in one.bifurcations:
+            branches.append(self.measured_branch(number, course, continuation))
+            per_period = (2.0 if course.repetition.half else 1.0) / course.repetition.periods
+            marked = {bifurcation.position for bifurcation in course.bifurcations}
+            for kind, point, position in course.bifurcations:
                 before, after = (
-                    [count * per_period for count in one.points[i].image.counts]
-                    for i in neighbours(position, marked, len(one.points))
+                    [count * per_period for count in course.points[i].image.counts]
+                    for i in neighbours(position, marked, len(course.points))
                 )
                 bifurcations.append(
                     Bifurcation(
@@ -514,28 +516,32 @@ class Study:
                         position,
                     )
                 )
-        motions = [] if own is None else [*self.motions_at(own, branches, found, continuation)]
+        motions = (
+            []
+            if value_here is None
+            else [*self.motions_at(value_here, branches, followed, continuation)]
+        )
         return BranchesResult(
             self.scenario,
             case,
             self.axis,
-            own,
+            value_here,
             tuple(branches),
-            tuple(sorted(bifurcations, key=lambda one: one.value)),
-            tuple(sorted(motions, key=lambda one: (not one.stable, one.x_r_peak))),
+            tuple(sorted(bifurcations, key=lambda bifurcation: bifurcation.value)),
+            tuple(sorted(motions, key=lambda motion: (not motion.stable, motion.x_r_peak))),
             seeds.starts,
             tuple(self.warnings(case, seeds, gaps)),
         )
 
     # Motions reached from many starts
 
-    def own_start(self, own: float) -> Iterator[tuple[float, Floats]]:
+    def own_start(self, value: float) -> Iterator[tuple[float, Floats]]:
         """Yield the start of the scenario at its own value of the key: what a run shows.
 
         It is given as the share of the range and the state at the section 0, to which the mass
         moves from a start at another phase of the base motion.
         """
-        p, state = self.range.share(own), np.array(self.scenario.start.state())
+        p, state = self.range.share(value), np.array(self.scenario.start.state())
         if begin := self.section_of_start:
             later = np.array([1.0 - begin])
             states = self.return_map.states(p, state, Repetition(begin=begin), later)
@@ -565,7 +571,7 @@ class Study:
         starts += others
         scenes = np.array([self.rows.at(self.value(p)) for p, _ in starts])
         scenes[:, [X_R, V_R]] = [state for _, state in starts]
-        found, stuck, lost = [], set(), 0
+        orbits, stuck, lost = [], set(), 0
         for (p, _), scene, answer in zip(starts, scenes, solve_orbits(scenes), strict=True):
             status = answer[o.STATUS]
             if status != Status.OK:
@@ -578,8 +584,8 @@ class Study:
                 continue
             peak = max(answer[o.HIGHEST], -answer[o.LOWEST])
             state = answer[[o.X_BEGIN, o.V_BEGIN]].copy()
-            found.append((p, state, float(peak), int(answer[o.MULTIPLE])))
-        return Seeds(found, stuck, lost, len(scenes))
+            orbits.append((p, state, float(peak), int(answer[o.MULTIPLE])))
+        return Seeds(orbits, stuck, lost, len(scenes))
 
     def locked_ranges(
         self, shares: Floats, stuck: set[float]
@@ -631,25 +637,33 @@ class Study:
 
     # Points of a branch
 
-    def measured_branch(self, number: int, found: Any, continuation: Continuation) -> Branch:
+    def measured_branch(self, number: int, course: Any, continuation: Continuation) -> Branch:
         """Return a branch with the metrics of its points."""
-        half, periods = found.repetition.half, found.repetition.periods
+        half, periods = course.repetition.half, course.repetition.periods
         residuals = [
-            continuation.residual(point) + self.march_error(point) for point in found.points
+            continuation.residual(point) + self.march_error(point) for point in course.points
         ]
-        values = np.array([self.value(min(max(point.p, 0.0), 1.0)) for point in found.points])
-        states = np.array([point.state for point in found.points])
-        multipliers = np.array([point.multipliers for point in found.points])
+        values = np.array([self.value(min(max(point.p, 0.0), 1.0)) for point in course.points])
+        states = np.array([point.state for point in course.points])
+        multipliers = np.array([point.multipliers for point in course.points])
         order = np.argsort(-abs(multipliers), axis=1, kind="stable")
         multipliers = np.take_along_axis(multipliers, order, axis=1)
         if half:
             multipliers = multipliers**2
         # Up to a bifurcation, which is located, its neighbours are as stable as the branch.
         stable = np.asarray((abs(multipliers) < 1.0).all(axis=1))
-        neutral = [one.position for one in found.bifurcations if one.kind != GRAZING]
-        neutral += [at for at, end in zip((0, -1), found.ends, strict=True) if end == MERGED]
+        neutral = [
+            bifurcation.position
+            for bifurcation in course.bifurcations
+            if bifurcation.kind != GRAZING
+        ]
+        neutral += [
+            position
+            for position, end in zip((0, -1), course.ends, strict=True)
+            if end == MERGED
+        ]
         stable[neutral] = False
-        counts = np.array([point.image.counts for point in found.points], dtype=float)
+        counts = np.array([point.image.counts for point in course.points], dtype=float)
         stops, _, contacts = counts.T * (2.0 if half else 1.0) / periods
         return Branch(
             number,
@@ -663,13 +677,13 @@ class Study:
             multipliers[:, :2],
             stable,
             np.array(residuals),
-            np.array([point.image.jacobian_error for point in found.points]),
+            np.array([point.image.jacobian_error for point in course.points]),
             self.metrics_at(
                 values,
                 states,
-                [point.repetition._replace(half=False) for point in found.points],
+                [point.repetition._replace(half=False) for point in course.points],
             ),
-            found.ends,
+            course.ends,
         )
 
     def march_error(self, point: Point) -> float:
@@ -686,12 +700,14 @@ class Study:
 
         scenes = self.exact_rows(values)
         scenes[:, [X_R, V_R]] = states
-        scenes[:, SINES + 2] += [math.tau * one.begin for one in repetitions]
-        results = measure_orbits(scenes, np.array([float(one.periods) for one in repetitions]))
+        scenes[:, SINES + 2] += [math.tau * repetition.begin for repetition in repetitions]
+        results = measure_orbits(
+            scenes, np.array([float(repetition.periods) for repetition in repetitions])
+        )
         return orbit_metrics(scenes, results, np.zeros(len(values), np.int8))
 
     def motions_at(
-        self, value: float, branches: list[Branch], found: Any, continuation: Any
+        self, value: float, branches: list[Branch], followed: Any, continuation: Any
     ) -> Iterator[Motion]:
         """Yield the motions at one value of the key."""
         locked = [branch for branch in branches if branch.is_locked]
@@ -699,8 +715,8 @@ class Study:
             if branch.values[0] <= value <= branch.values[-1]:
                 yield Motion(branch, True, 1.0, 0.0)
         p = self.range.share(value)
-        for branch, one in zip(branches[len(locked) :], found, strict=True):
-            for point in continuation.crossings(one, p):
+        for branch, course in zip(branches[len(locked) :], followed, strict=True):
+            for point in continuation.crossings(course, p):
                 whole = point.repetition._replace(half=False)
                 metrics = self.metrics_at(np.array([value]), point.state[None], [whole])
                 stable = bool((abs(point.multipliers) < 1.0).all())
@@ -723,9 +739,9 @@ class Study:
             values = sorted({self.value(gap.p) for gap in gaps if gap.reason == reason})
             if values:
                 places = format_count(len(values), "place")
-                at = f"{places} ({describe_values(values, self.axis.unit)})"
+                where = f"{places} ({describe_values(values, self.axis.unit)})"
                 numbers = {"count": len(values), "lowest": values[0], "highest": values[-1]}
-                sentence = sentence.format(at=at, points=self.max_branch_points)
+                sentence = sentence.format(at=where, points=self.max_branch_points)
                 yield WarningMessage(slug, sentence, numbers)
 
 
@@ -789,27 +805,27 @@ class MarchedStudy(Study):
         from drysim.orbits.return_map import PeriodicSystem
 
         try:
-            one = self.scenario.at({self.axis.key: self.value(p)})
+            scenario = self.scenario.at({self.axis.key: self.value(p)})
         except ScenarioError:
             return None
         approach, period, motion = (
-            one.solver.member(),
-            scene_period(one),
-            one.excitation.motion(),
+            scenario.solver.member(),
+            scene_period(scenario),
+            scenario.excitation.motion(),
         )
         assert isinstance(approach, ExactApproach), "see `refusal`"
         assert isinstance(motion, Sines), "see `prepare_branches`"
         if period is None:
             return None
-        law = approach.effective_law(one.law())
-        scene = PeriodicSystem(one.oscillator.plant(), law, motion, period)
+        law = approach.effective_law(scenario.law())
+        scene = PeriodicSystem(scenario.oscillator.plant(), law, motion, period)
         # A phase of the base motion only shifts the time.
         return scene.delayed(-motion.phase[0] / (math.tau * motion.f[0] * period))
 
-    def own_start(self, own: float) -> Iterator[tuple[float, Floats]]:
+    def own_start(self, value: float) -> Iterator[tuple[float, Floats]]:
         """Yield the start of the scenario if it is at the section 0: see `Study.own_start`."""
         if self.section_of_start == 0.0:
-            yield from super().own_start(own)
+            yield from super().own_start(value)
 
     def seeds(self, shares: Floats, others: Sequence[tuple[float, Floats]]) -> Seeds:
         """Return the orbits reached from many starts, as of Coulomb friction."""
@@ -820,31 +836,31 @@ class MarchedStudy(Study):
             for start in scene.starts
         ]
         starts += [(p, State(*state.tolist())) for p, state in others]
-        found, stuck, lost = [], set(), 0
+        orbits, stuck, lost = [], set(), 0
         for p, start in starts:
             orbit = self.return_map.orbit(p, start)
             if orbit is None:
                 lost += 1
             elif not orbit.is_stuck:
-                found.append((p, orbit.state, orbit.peak, orbit.periods))
+                orbits.append((p, orbit.state, orbit.peak, orbit.periods))
             elif not any(start):
                 stuck.add(p)
-        return Seeds(found, stuck, lost, len(starts))
+        return Seeds(orbits, stuck, lost, len(starts))
 
     def metrics_at(
         self, values: Floats, states: Floats, repetitions: Sequence[Repetition]
     ) -> dict[str, Floats]:
         """Return the metrics of orbits over whole periods as columns."""
         rows = []
-        for value, state, one in zip(values.tolist(), states, repetitions, strict=True):
+        for value, state, repetition in zip(values.tolist(), states, repetitions, strict=True):
             scenario = self.scenario.at({self.axis.key: value})
             case, scene = (
                 assemble(scenario, base_motion(scenario)),
                 self.scene(self.range.share(value)),
             )
             assert scene is not None, "a motion has a scene"
-            scene = scene.delayed(one.begin)
-            _, trajectory = self.return_map.march(scene, state, one)
+            scene = scene.delayed(repetition.begin)
+            _, trajectory = self.return_map.march(scene, state, repetition)
             window = 0.0, trajectory.end
             rows.append(evaluate(observe_window(case, trajectory, window, None, None)))
         return {
@@ -875,21 +891,22 @@ def describe_branch(branch: Branch) -> str:
         for counts, name in ((branch.stops, "stops"), (branch.contacts, "contacts"))
         if counts.any()
     ]
-    words = f"{' and '.join(counted)} per period" if counted else "no stops"
-    return f"{branch.kind}, {words}"
+    counts_per_period = f"{' and '.join(counted)} per period" if counted else "no stops"
+    return f"{branch.kind}, {counts_per_period}"
 
 
 def describe_motions(result: BranchesResult) -> str:
     """Describe the motions at the value of the key in the scenario."""
     if result.own is None:
         return ""
-    found = "; ".join(
-        f"{'stable' if one.stable else 'unstable'}, "
-        + (LOCKED if one.branch.is_locked else one.branch.kind)
-        + f": T_a {format_number(one.T_a, digits=4)}, stroke {format_length(one.x_r_peak)}"
-        for one in result.motions
+    listed = "; ".join(
+        f"{'stable' if motion.stable else 'unstable'}, "
+        + (LOCKED if motion.branch.is_locked else motion.branch.kind)
+        + f": T_a {format_number(motion.T_a, digits=4)}, "
+        f"stroke {format_length(motion.x_r_peak)}"
+        for motion in result.motions
     )
-    return f"at {result.place(result.own)}: {found or 'none found'}"
+    return f"at {result.place(result.own)}: {listed or 'none found'}"
 
 
 class Seeds(NamedTuple):

@@ -68,10 +68,10 @@ class Rates(NamedTuple):
 
     def __str__(self) -> str:
         """Return both rates as text."""
-        words = f"breaks away {format_number(self.counted, digits=3)} times a second"
+        counted = f"breaks away {format_number(self.counted, digits=3)} times a second"
         if self.rice is None:
-            return f"{words}; Rice's formula does not apply, as {self.reason}"
-        return f"{words}, {format_number(self.rice, digits=3)} by Rice's formula"
+            return f"{counted}; Rice's formula does not apply, as {self.reason}"
+        return f"{counted}, {format_number(self.rice, digits=3)} by Rice's formula"
 
 
 def count_break_aways(events: Events, begin: float, end: float) -> int:
@@ -139,7 +139,7 @@ def measure_rates(scenario: Scenario, motions: MotionCache) -> Rates:
     """Return the rates of break-aways of a scenario, means over its seeds."""
     counted, length, rice, reasons = 0, 0.0, [], []
     for seed in seed_range(scenario):
-        case = assemble(one := with_seed(scenario, seed), motions.of(one))
+        case = assemble(seeded := with_seed(scenario, seed), motions.of(seeded))
         assert isinstance(case.motion, Samples), "only random base motion has rates"
         trajectory = trajectory_of(case, case.start, case.step, case.window[1])
         events = trajectory.events
@@ -215,13 +215,13 @@ class RatePlane:
             self.scenario.at(dict(zip(keys, point, strict=True)))
             for point in zip(*values, strict=True)
         )
-        found = []
+        solved = []
         solve = partial(measure_rates, motions=self.motions)
         for rates in self.pool.map_in_order(solve, [*scenarios], (self.motions,)):
-            found.append(rates)
+            solved.append(rates)
             self.advance(int(counted))
         self.cases += len(points)
-        return RateNet(points, edges, found, self.once)
+        return RateNet(points, edges, solved, self.once)
 
 
 class RateNet:
@@ -243,12 +243,12 @@ class RateNet:
         self, points: Floats, edges: Integers, rates: Sequence[Rates], once: float
     ) -> None:
         self.points, self.edges, self.rates_of_nodes = points, edges, rates
-        columns = [[one.counted for one in rates], [one.rice for one in rates]]
+        columns = [[node.counted for node in rates], [node.rice for node in rates]]
         self.rates = dict(zip((REGIME, RICE), np.array(columns, dtype=float), strict=True))
         lowest = int(np.searchsorted(LEVELS, once))
         self.labels: Mapping[str, Integers] = {
-            field: FIRST + np.maximum(np.searchsorted(LEVELS, found, "right"), lowest)
-            for field, found in self.rates.items()
+            field: FIRST + np.maximum(np.searchsorted(LEVELS, column, "right"), lowest)
+            for field, column in self.rates.items()
         }
         self.least = 0.5 * once  # stands for none in the window: the logarithm needs a number
 

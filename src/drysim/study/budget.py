@@ -151,7 +151,9 @@ class Oscillation(NamedTuple):
 def largest_oscillation(case: Case) -> Oscillation:
     """Return the oscillation with the largest phase within the window of a case."""
     return max(
-        _oscillations(case), key=lambda one: one.radians, default=Oscillation("", "", 0.0, 0.0)
+        _oscillations(case),
+        key=lambda oscillation: oscillation.radians,
+        default=Oscillation("", "", 0.0, 0.0),
     )
 
 
@@ -170,7 +172,7 @@ def _oscillations(case: Case) -> Iterator[Oscillation]:
         yield Oscillation("friction.normal_variation", "normal force", radians, radians)
     m, k_x, b = case.plant
     kicks = 2.0 * (fastest * span + 1.0)
-    moves = all(one.slug != "will-not-move" for one in case.warnings)
+    moves = all(warning.slug != "will-not-move" for warning in case.warnings)
     if isinstance(law, DynamicLaw) and moves:
         decays = b / m * span
         yield Oscillation("oscillator.damping", DAMPER, decays, decays)
@@ -210,7 +212,7 @@ def _free_oscillation(
 
 def check_work(case: Case) -> None:
     """Raise a ScenarioError for a case that takes more than `MAX_RADIANS`."""
-    most = max(_oscillations(case), key=lambda one: one.minimum, default=None)
+    most = max(_oscillations(case), key=lambda oscillation: oscillation.minimum, default=None)
     if most is None or most.minimum <= MAX_RADIANS:
         return
     hours = format_number(most.minimum * SECONDS_PER_RADIAN / 3600.0, "h", digits=2)

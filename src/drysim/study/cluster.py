@@ -168,8 +168,8 @@ def make_security(certificates: Certificates) -> Any:
     from distributed.security import Security
 
     ca_file, cert, key = certificates
-    words = {"tls_ca_file": ca_file, "tls_client_cert": cert, "tls_client_key": key}
-    given = {name: str(file) for name, file in words.items() if file}
+    options = {"tls_ca_file": ca_file, "tls_client_cert": cert, "tls_client_key": key}
+    given = {name: str(file) for name, file in options.items() if file}
     try:
         for file in given.values():
             system.read_regular_file(Path(file), 1)
@@ -192,7 +192,7 @@ def no_scheduler_error(where: str, fault: Exception) -> UsageError:
     """Return the error for a scheduler that does not answer, or rejects the certificates."""
     if where.startswith(TLS_SCHEME):
         chain = (fault, fault.__cause__, getattr(fault.__cause__, "__cause__", None))
-        reported = next((one for one in chain if isinstance(one, ssl.SSLError)), None)
+        reported = next((error for error in chain if isinstance(error, ssl.SSLError)), None)
         because = f" ({reported.reason or reported})" if reported else ""
         return UsageError(
             f"no Dask scheduler at {where} accepts these certificates{because}",
@@ -452,19 +452,21 @@ def version_reader() -> Callable[[], dict[str, str | None]]:
         import pathlib
         import platform
 
-        found: dict[str, str | None] = {"Python": ".".join(platform.python_version_tuple()[:2])}
+        versions: dict[str, str | None] = {
+            "Python": ".".join(platform.python_version_tuple()[:2])
+        }
         for name in names:
             try:
-                found[name] = str(importlib.import_module(name).__version__)
+                versions[name] = str(importlib.import_module(name).__version__)
             except Exception:
-                found[name] = None
-        found["source of drysim"] = None
-        if found["drysim"] is not None:
+                versions[name] = None
+        versions["source of drysim"] = None
+        if versions["drysim"] is not None:
             home = pathlib.Path(str(importlib.import_module("drysim").__file__)).parent
             files = sorted(home.rglob("*.py"), key=lambda file: file.relative_to(home).parts)
             content = b"".join(file.read_bytes() for file in files)
-            found["source of drysim"] = hashlib.sha256(content).hexdigest()[:12]
-        return found
+            versions["source of drysim"] = hashlib.sha256(content).hexdigest()[:12]
+        return versions
 
     return reported
 
@@ -510,9 +512,9 @@ def version_difference(there: Versions, here: Versions) -> str:
 
 def version_hint(here: Versions) -> str:
     """Return how to install the same versions on all machines."""
-    words = " ".join(f"{name}=={here[name]}" for name in PACKAGES)
+    pinned = " ".join(f"{name}=={here[name]}" for name in PACKAGES)
     return (
-        f"install the same versions on all machines, pip install {words}, and restart the "
+        f"install the same versions on all machines, pip install {pinned}, and restart the "
         "workers"
     )
 
@@ -556,15 +558,15 @@ class Payload:
     @classmethod
     def of(cls, scenario: Scenario, first: int = 0) -> Self:
         """Return the payload of a scenario."""
-        words, files = scenario.resolved(), []
+        document, files = scenario.resolved(), []
         for number, (keys, path) in enumerate(named_files(scenario)):
             name = f"{number}{path.suffix}"
             files.append((name, path.read_bytes()))
-            block: Any = words
+            block: Any = document
             for key in keys[:-1]:
                 block = block[key]
             block[keys[-1]] = name
-        return cls(dump(words), tuple(files), tuple(versions().items()), first)
+        return cls(dump(document), tuple(files), tuple(versions().items()), first)
 
 
 @lru_cache(MAX_OPEN_SWEEPS)

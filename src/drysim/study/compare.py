@@ -77,8 +77,8 @@ class Comparison(Result):
 
     def __repr__(self) -> str:
         """Return the names and the first sentence of the verdict in one line."""
-        words = f"{', '.join(self.table.approaches)} against {self.yardstick}"
-        return format_repr("Comparison", self.table.scenario.name, words, *self.verdict[:1])
+        names = f"{', '.join(self.table.approaches)} against {self.yardstick}"
+        return format_repr("Comparison", self.table.scenario.name, names, *self.verdict[:1])
 
     @property
     def scenario(self) -> Scenario:
@@ -125,8 +125,8 @@ class Comparison(Result):
         if not isinstance(row, Row) or row != self._rows.get(_row_key(row)):
             received = shorten(repr(row))
             raise UsageError(f"expected a row of the table, not {received}")
-        found = self.off(row)
-        return found[0] if found else None
+        deviation = self.off(row)
+        return deviation[0] if deviation else None
 
     def off(self, row: Row) -> tuple[float, float | None] | None:
         """Return the deviation of a row and, for a mean, the half-width of its interval."""
@@ -138,13 +138,13 @@ class Comparison(Result):
 
         If the approach does not use a key of the reference, one row has several partners.
         """
-        own = list(self.table.of(approach))
-        keys: Set[str] = own[0].point.keys() if own else frozenset()
+        rows = list(self.table.of(approach))
+        keys: Set[str] = rows[0].point.keys() if rows else frozenset()
         if not self._reference_keys - keys:
-            found = ((row, self.counterpart(row)) for row in own)
-            yield from ((row, other) for row, other in found if other is not None)
+            partners = ((row, self.counterpart(row)) for row in rows)
+            yield from ((row, other) for row, other in partners if other is not None)
             return
-        places = {_point_key(row, keys): row for row in own}
+        places = {_point_key(row, keys): row for row in rows}
         for other in self.table.of(self.yardstick):
             if (row := places.get(_point_key(other, keys))) is not None:
                 yield row, other
@@ -171,10 +171,12 @@ def relative_deviation(row: Row, other: Row) -> tuple[float, float | None] | Non
     """
     if row.over and other.over:
         pairs = zip(row.over.values["T_a"], other.over.values["T_a"], strict=False)
-        found = [own / theirs - 1.0 for own, theirs in pairs if own is not None and theirs]
-        return interval(found) if found else None
-    own, theirs = row.metrics.get("T_a"), other.metrics.get("T_a")
-    return (own / theirs - 1.0, None) if own is not None and theirs else None
+        deviations = [
+            value / theirs - 1.0 for value, theirs in pairs if value is not None and theirs
+        ]
+        return interval(deviations) if deviations else None
+    value, theirs = row.metrics.get("T_a"), other.metrics.get("T_a")
+    return (value / theirs - 1.0, None) if value is not None and theirs else None
 
 
 def _row_key(row: Row) -> tuple[str, frozenset[tuple[str, float]]]:
@@ -211,10 +213,10 @@ def parse_names(text_or_names: str | Sequence[str]) -> tuple[str, ...]:
     for name in names:
         if name not in KNOWN_NAMES:
             nearest = closest_match(name, KNOWN_NAMES)
-            known = (
+            names_by_kind = (
                 f"approaches are {', '.join(APPROACHES_BY_NAME)}; laws are {', '.join(LAWS)}"
             )
-            hint = f"did you mean `{nearest}`?" if nearest else known
+            hint = f"did you mean `{nearest}`?" if nearest else names_by_kind
             if Path(name).suffix in (".yaml", ".yml"):
                 hint = f"pass a file by its option, `--scenario {name}`"
             raise UsageError(f"unknown approach or friction law `{name}`", hint)
@@ -301,8 +303,8 @@ def solve(
     shown = most_deviating_row(table, names, reference)
     responses = dict(responses_at(shown.point, scenarios, reference))
     laws = {
-        name: one.active_friction.law if one.active_friction else ""
-        for name, one in scenarios.items()
+        name: variant.active_friction.law if variant.active_friction else ""
+        for name, variant in scenarios.items()
     }
     comparison = Comparison(table, reference, responses, shown.point, (), laws)
     return replace(comparison, verdict=diagnose(comparison, scenarios))
@@ -369,12 +371,16 @@ class Deviation(NamedTuple):
 def deviations(comparison: Comparison, approach: str) -> list[Deviation]:
     """Return the deviations of an approach wherever T_a is known."""
     judged = judge(comparison, approach)
-    return [Deviation(one.T_a[0], one.row, one.T_a[1]) for one in judged if one.T_a is not None]
+    return [
+        Deviation(judgement.T_a[0], judgement.row, judgement.T_a[1])
+        for judgement in judged
+        if judgement.T_a is not None
+    ]
 
 
-def largest_deviation(found: Sequence[Deviation]) -> Deviation | None:
+def largest_deviation(several: Sequence[Deviation]) -> Deviation | None:
     """Return the deviation with the largest magnitude; the first one of several."""
-    return max(found, key=lambda one: abs(one.value), default=None)
+    return max(several, key=lambda deviation: abs(deviation.value), default=None)
 
 
 # Range of agreement, and coinciding curves.
@@ -411,9 +417,9 @@ class Judgement(NamedTuple):
     @property
     def agrees(self) -> bool:
         """Whether all judged metrics are within the tolerance, without chatter."""
-        known = [] if self.T_a is None else [self.T_a[0], *self.others.values()]
-        within = (abs(value) <= AGREEMENT_TOLERANCE for value in known)
-        return bool(known) and all(within) and self.chatter <= MAX_CHATTER
+        deviations = [] if self.T_a is None else [self.T_a[0], *self.others.values()]
+        within = (abs(value) <= AGREEMENT_TOLERANCE for value in deviations)
+        return bool(deviations) and all(within) and self.chatter <= MAX_CHATTER
 
 
 def judge(comparison: Comparison, name: str) -> Iterator[Judgement]:
@@ -423,12 +429,12 @@ def judge(comparison: Comparison, name: str) -> Iterator[Judgement]:
     for row, other in comparison.pairs(name):
         others = {}
         for metric in JUDGED_METRICS:
-            own, theirs = row.metrics.get(metric), other.metrics.get(metric)
+            value, theirs = row.metrics.get(metric), other.metrics.get(metric)
             scale = max(theirs or 0.0, least.get(metric, 0.0))
             if not scale and metric == PEAK_STROKE:  # the reference never moves
                 scale = static_deflection(comparison.table.scenario, row)
-            if own is not None and theirs is not None and scale:
-                others[metric] = (own - theirs) / scale
+            if value is not None and theirs is not None and scale:
+                others[metric] = (value - theirs) / scale
         yield Judgement(
             row if len(row.point) >= len(other.point) else other,
             relative_deviation(row, other),
@@ -450,16 +456,16 @@ def describe_others(judged: Sequence[Judgement], axes: Sequence[Axis]) -> tuple[
     """
     beyond, within = [], []
     for metric in JUDGED_METRICS:
-        known = [one for one in judged if metric in one.others]
-        if not known:
+        comparable = [judgement for judgement in judged if metric in judgement.others]
+        if not comparable:
             continue
-        worst = max(known, key=lambda one: abs(one.others[metric]))
-        words = f"{label_of(metric)} {format_deviation(worst.others[metric])}"
+        worst = max(comparable, key=lambda judgement: abs(judgement.others[metric]))
+        text = f"{label_of(metric)} {format_deviation(worst.others[metric])}"
         if abs(worst.others[metric]) > AGREEMENT_TOLERANCE:
-            beyond.append(f"{words}{format_at(worst.row, axes)}")
+            beyond.append(f"{text}{format_at(worst.row, axes)}")
         else:
-            within.append(words)
-    worst = max(judged, key=lambda one: one.chatter)
+            within.append(text)
+    worst = max(judged, key=lambda judgement: judgement.chatter)
     if worst.chatter > MAX_CHATTER:
         beyond.append(f"chatter {format_percent(worst.chatter)}{format_at(worst.row, axes)}")
     return "; ".join(beyond), ", ".join(within)
@@ -467,7 +473,8 @@ def describe_others(judged: Sequence[Judgement], axes: Sequence[Axis]) -> tuple[
 
 def describe_agreement(judged: Sequence[Judgement], name: str, axes: Sequence[Axis]) -> str:
     """Describe in how many cases an approach agrees with the reference, and where these are."""
-    rows, good = [one.row for one in judged], [one.row for one in judged if one.agrees]
+    rows = [judgement.row for judgement in judged]
+    good = [judgement.row for judgement in judged if judgement.agrees]
     tolerance = format_percent(AGREEMENT_TOLERANCE)
     if not good:
         return f"{name} agrees within {tolerance} in no case"
@@ -481,7 +488,9 @@ def describe_region(good: Sequence[Row], rows: Sequence[Row], axes: Sequence[Axi
     inside = [
         row for row in rows if all(a <= row.point[key] <= b for key, (a, b) in ends.items())
     ]
-    narrower = describe_range({key: at for key, at in ends.items() if at != every[key]}, axes)
+    narrower = describe_range(
+        {key: span for key, span in ends.items() if span != every[key]}, axes
+    )
     if len(inside) == len(good):
         return f": {narrower}"
     if len(good) <= MAX_LISTED_CASES:
@@ -515,15 +524,15 @@ def describe_coinciding(comparison: Comparison) -> Iterator[str]:
     for name in comparison.table.approaches:
         if name == comparison.yardstick:
             continue
-        own = _metric_values(comparison.table.of(name))
-        like = (words for values, words in groups if _are_close(values, own))
-        if words := next(like, None):
-            words.append(name)
+        metrics = _metric_values(comparison.table.of(name))
+        like = (group for values, group in groups if _are_close(values, metrics))
+        if group := next(like, None):
+            group.append(name)
         else:
-            groups.append((own, [name]))
-    for _, words in groups:
-        if len(words) > 1:
-            yield f"{join_words(words)} coincide"
+            groups.append((metrics, [name]))
+    for _, group in groups:
+        if len(group) > 1:
+            yield f"{join_words(group)} coincide"
 
 
 def _metric_values(rows: Iterable[Row]) -> MetricValues:
@@ -534,16 +543,16 @@ def _metric_values(rows: Iterable[Row]) -> MetricValues:
     }
 
 
-def _are_close(one: MetricValues, other: MetricValues) -> bool:
+def _are_close(values: MetricValues, other: MetricValues) -> bool:
     """Whether two sets of values are equal except for rounding, and not all unknown."""
-    if one.keys() != other.keys():
+    if values.keys() != other.keys():
         return False
-    own, others = (
-        np.array([found[place] for place in one], dtype=float)  # None becomes NaN
-        for found in (one, other)
+    columns, others = (
+        np.array([metrics[place] for place in values], dtype=float)  # None becomes NaN
+        for metrics in (values, other)
     )
-    known = bool(np.isfinite(own).any())
-    return known and np.allclose(own, others, METRIC_TOLERANCE, 0.0, equal_nan=True)
+    is_known = bool(np.isfinite(columns).any())
+    return is_known and np.allclose(columns, others, METRIC_TOLERANCE, 0.0, equal_nan=True)
 
 
 # Verdict in sentences, decided by further computations.
@@ -561,13 +570,13 @@ TARGET_ERROR = 0.01
 def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple[str, ...]:
     """Return the verdict on all approaches except the reference, largest deviation first."""
     names = [name for name in scenarios if name not in (comparison.yardstick, "viscous")]
-    found = [(largest_deviation(deviations(comparison, name)), name) for name in names]
-    known = [(deviation, name) for deviation, name in found if deviation is not None]
+    largest = [(largest_deviation(deviations(comparison, name)), name) for name in names]
+    deviating = [(deviation, name) for deviation, name in largest if deviation is not None]
     sentences: list[str] = []
-    for deviation, name in sorted(known, key=lambda pair: -abs(pair[0].value)):
+    for deviation, name in sorted(deviating, key=lambda pair: -abs(pair[0].value)):
         sentences += describe_approach(comparison, scenarios, name, deviation)
     sentences += describe_unknown(
-        comparison, [name for deviation, name in found if deviation is None]
+        comparison, [name for deviation, name in largest if deviation is None]
     )
     sentences += describe_coinciding(comparison)
     return (*sentences, *describe_frictionless(comparison))
@@ -622,11 +631,11 @@ def describe_approach(
         yield from describe_remedies(case, name, deviation, T_a)
 
 
-def is_same_solution(one: Scenario, other: Scenario) -> bool:
+def is_same_solution(scenario: Scenario, other: Scenario) -> bool:
     """Whether two scenarios have the same law and the same approach."""
     return (
-        one.solver.member() == other.solver.member()
-        and one.active_friction == other.active_friction
+        scenario.solver.member() == other.solver.member()
+        and scenario.active_friction == other.active_friction
     )
 
 
@@ -697,8 +706,8 @@ def deviation_with(
     solver = case.solver.model_copy(update=dict(change))
     changed = case.model_copy(update={"solver": solver})
     (metrics, _, _), _ = try_measure(changed, MotionCache().of)
-    found = metrics.get("T_a")
-    return found / T_a - 1.0 if found is not None and T_a else None
+    changed_T_a = metrics.get("T_a")
+    return changed_T_a / T_a - 1.0 if changed_T_a is not None and T_a else None
 
 
 def describe_unknown(comparison: Comparison, names: Sequence[str]) -> Iterator[str]:

@@ -224,13 +224,13 @@ class DesignResult(Result):
     @cached_property
     def front(self) -> tuple[Candidate, ...]:
         """Admissible designs that no other dominates; of one objective the best."""
-        found = [one for one in self.candidates if one.is_admissible]
-        if not found:
+        admissible = [candidate for candidate in self.candidates if candidate.is_admissible]
+        if not admissible:
             return ()
         if len(self.design.minimise) == 1:
-            return (min(found, key=lambda one: one.objectives[0]),)
-        order = pareto(np.array([one.objectives for one in found]))
-        return tuple(found[i] for i in order.tolist())
+            return (min(admissible, key=lambda candidate: candidate.objectives[0]),)
+        order = pareto(np.array([candidate.objectives for candidate in admissible]))
+        return tuple(admissible[i] for i in order.tolist())
 
     @cached_property
     def best(self) -> Candidate | None:
@@ -241,15 +241,17 @@ class DesignResult(Result):
         """
         if len(self.front) < 3:
             return self.front[0] if self.front else None
-        values = np.array([one.objectives for one in self.front])
+        values = np.array([candidate.objectives for candidate in self.front])
         low, high = values.min(axis=0), values.max(axis=0)
         return self.front[int(np.argmin(((values - low) / (high - low)).sum(axis=1)))]
 
     @cached_property
     def closest(self) -> Candidate | None:
         """The design with the least excess over the limits; None if no design has numbers."""
-        known = [one for one in self.candidates if one.is_known]
-        return min(known, key=lambda one: max(one.excess, default=0.0), default=None)
+        candidates = [candidate for candidate in self.candidates if candidate.is_known]
+        return min(
+            candidates, key=lambda candidate: max(candidate.excess, default=0.0), default=None
+        )
 
     @property
     def shown(self) -> Candidate | None:
@@ -342,7 +344,9 @@ class DesignResult(Result):
 
     def place(self, candidate: Candidate) -> str:
         """Return the values of a design as text."""
-        return describe_point(candidate.values, {one.key: one.unit for one in self.design.vary})
+        return describe_point(
+            candidate.values, {axis.key: axis.unit for axis in self.design.vary}
+        )
 
     def result(self, candidate: Candidate) -> str:
         """Return the objectives of a design as text."""
@@ -390,8 +394,8 @@ def design(scenario: Scenario, *, workers: int | None = None) -> DesignResult:
 def prepare_design(scenario: Scenario) -> Case:
     """Return the case of a design study, with its conditions as sweep; errors as `design`."""
     require_scenario(scenario)
-    found = scenario.design
-    if found is None:
+    block = scenario.design
+    if block is None:
         sentence = "design is required: the keys to vary, and the metric to minimise"
         raise scenario.error(sentence, DESIGN_KEY)
     if until := stopping_rule(scenario):
@@ -400,16 +404,16 @@ def prepare_design(scenario: Scenario) -> Case:
             f"design; remove it and set excitation.seeds, not {until.metric}"
         )
         raise scenario.error(sentence, ("excitation", "until"))
-    for i, name in enumerate(found.minimise):
-        at = ("minimise",) if len(found.minimise) == 1 else ("minimise", i)
-        check_metric(scenario, name, (DESIGN_KEY, *at))
+    for i, name in enumerate(block.minimise):
+        place = ("minimise",) if len(block.minimise) == 1 else ("minimise", i)
+        check_metric(scenario, name, (DESIGN_KEY, *place))
     check_limits(scenario)
     case = prepare(
-        scenario.copy_with({"sweep": found.conditions.axes, "reference": None}),
-        swept=bool(found.conditions.axes),
+        scenario.copy_with({"sweep": block.conditions.axes, "reference": None}),
+        swept=bool(block.conditions.axes),
     )
     # Warnings about the values of the file do not apply to the designs.
-    others = [one for one in case.warnings if one.slug not in FILE_WARNINGS]
+    others = [warning for warning in case.warnings if warning.slug not in FILE_WARNINGS]
     return replace(case, warnings=(*others, *contradiction_warnings(scenario)))
 
 
@@ -417,11 +421,11 @@ def contradiction_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn if values within the ranges of a design block contradict those of the file."""
     vary = design_of(scenario).vary
     conditions = list(iter_points(design_of(scenario).conditions.axes))
-    corners = itertools.product(*([one.low, one.high] for one in vary))
+    corners = itertools.product(*([axis.low, axis.high] for axis in vary))
     for corner in itertools.islice(corners, MAX_CORNERS):
-        point = dict(zip((one.key for one in vary), corner, strict=True))
+        point = dict(zip((axis.key for axis in vary), corner, strict=True))
         if note := invalid_note(scenario, conditions, point):
-            where = describe_point(point, {one.key: one.unit for one in vary})
+            where = describe_point(point, {axis.key: axis.unit for axis in vary})
             sentence = (
                 f"design.vary: at {where} {note}; such designs have no numbers and are passed "
                 "over: narrow the range, or state the other value relative to it"
@@ -434,7 +438,7 @@ def check_limits(scenario: Scenario) -> None:
     """Raise a ScenarioError for a limit that no design can keep, alone or with another one."""
     within = design_of(scenario).within
     head = ("checks",) if within is None else (DESIGN_KEY, "within")
-    known = [STROKE_LIMIT] * (within is None and scenario.stroke is not None)
+    limits = [STROKE_LIMIT] * (within is None and scenario.stroke is not None)
     for i, limit in enumerate(scenario.checks if within is None else within):
         keys = (*head, i)
         where = ".".join(map(str, keys))
@@ -445,11 +449,11 @@ def check_limits(scenario: Scenario) -> None:
         if limit.constant_result is False:
             sentence = f"{where}: no design can keep `{limit}`; change or remove it"
             raise scenario.error(sentence, keys)
-        for one in known:
-            if one.metric == limit.metric and one.contradicts(limit):
-                sentence = f"{where}: no design can keep both `{one}` and `{limit}`"
+        for other in limits:
+            if other.metric == limit.metric and other.contradicts(limit):
+                sentence = f"{where}: no design can keep both `{other}` and `{limit}`"
                 raise scenario.error(f"{sentence}; change or remove one of them", keys)
-        known.append(limit)
+        limits.append(limit)
 
 
 def check_metric(scenario: Scenario, name: str, keys: tuple[str | int, ...]) -> None:
@@ -518,7 +522,7 @@ class Study:
         least = [
             -inf if METRICS_BY_NAME[name].kind == SIGNED else 0.0 for name in block.minimise
         ]
-        found, converged = search(self.evaluate, len(block.vary), least, block.evaluations)
+        evaluated, converged = search(self.evaluate, len(block.vary), least, block.evaluations)
         result = replace(self.partial(), converged=converged, complete=True)
         if result.shown is None:
             first = self.candidates[0]
@@ -528,9 +532,9 @@ class Study:
         if result.best is not None and len(block.minimise) == 1:
             result = replace(
                 result,
-                optimum=optimum_region(result, found),
-                flat=flat_region(result, found),
-                binding=tuple(self.binding_limits(result, found)),
+                optimum=optimum_region(result, evaluated),
+                flat=flat_region(result, evaluated),
+                binding=tuple(self.binding_limits(result, evaluated)),
             )
         return replace(result, warnings=tuple(design_warnings(result)))
 
@@ -548,12 +552,15 @@ class Study:
             When a metric is not known for the motion of any design.
         """
         values = [round_values(self.design.vary, point) for point in points]
-        keys = {one.key: one.unit for one in self.design.vary}
+        keys = {axis.key: axis.unit for axis in self.design.vary}
         rows = self.rows(self.case.scenario, keys, values)
-        for one, several in zip(values, rows, strict=True):
+        for point, several in zip(values, rows, strict=True):
             number = len(self.candidates) + 1
-            self.candidates.append(make_candidate(self.case.scenario, number, one, several))
-        wanted = (*self.design.minimise, *(one.metric for one in limits_of(self.case.scenario)))
+            self.candidates.append(make_candidate(self.case.scenario, number, point, several))
+        wanted = (
+            *self.design.minimise,
+            *(limit.metric for limit in limits_of(self.case.scenario)),
+        )
         solved = [row for several in rows for row in several if row.status == OK]
         for name in dict.fromkeys(wanted):
             if solved and all(row.metrics.get(name) is None for row in solved):
@@ -604,8 +611,8 @@ class Study:
         solved = iter([tuple(rows[i : i + each]) for i in range(0, len(rows), each)])
         return [
             tuple(
-                Row({**one, **point}, scenario.label, nan, nan, {}, FAILED, fault)
-                for one in under
+                Row({**condition, **point}, scenario.label, nan, nan, {}, FAILED, fault)
+                for condition in under
             )
             if fault
             else next(solved)
@@ -615,10 +622,16 @@ class Study:
     def variants(self, shown: Candidate) -> Iterator[Variant]:
         """Yield the design of the file, and variants of the shown one."""
         scenario = self.case.scenario
-        known, conditions = known_values(scenario), {axis.key for axis in scenario.sweep}
-        given = {key: one.value for key, one in known.items() if key not in conditions}
+        file_values, conditions = known_values(scenario), {axis.key for axis in scenario.sweep}
+        given = {
+            key: entry.value for key, entry in file_values.items() if key not in conditions
+        }
         best = {**given, **shown.values}
-        forces = [key for key, one in known.items() if one.is_friction and best.get(key, 1.0)]
+        forces = [
+            key
+            for key, entry in file_values.items()
+            if entry.is_friction and best.get(key, 1.0)
+        ]
         groups = {
             FRICTION: [] if conditions & {*forces} else forces,
             STIFFNESS: [key for key in STIFFNESS_KEYS if best.get(key)],
@@ -631,7 +644,7 @@ class Study:
                 factors = {key: (1.0 + change) ** POWERS.get(key, 1.0) for key in keys}
                 changed = {key: value * factors.get(key, 1.0) for key, value in best.items()}
                 points[f"{name} {format_deviation(change)}"] = changed
-        units = {key: known[key].unit for key in best}
+        units = {key: file_values[key].unit for key in best}
         for (name, point), rows in zip(
             points.items(), self.rows(scenario, units, [*points.values()]), strict=True
         ):
@@ -643,21 +656,21 @@ class Study:
             (rows,) = self.rows(viscous, used, [{key: best[key] for key in used}])
             yield Variant("no dry friction", make_candidate(scenario, 0, shown.values, rows))
 
-    def binding_limits(self, result: DesignResult, found: Evaluations) -> Iterator[Binding]:
+    def binding_limits(self, result: DesignResult, evaluated: Evaluations) -> Iterator[Binding]:
         """Yield the limits without which a design is better, as a solved design shows."""
-        surrogate, best = Surrogate.of(found), result.best
+        surrogate, best = Surrogate.of(evaluated), result.best
         if surrogate is None or best is None:
             return
-        predicted = surrogate.at(candidates(np.random.default_rng(SEED), found, 1))
+        predicted = surrogate.at(candidates(np.random.default_rng(SEED), evaluated, 1))
         holds, least = predicted.constraints <= 0.0, best.objectives[0]
         better = least - MIN_RELAXATION * abs(least)
-        keys = {one.key: one.unit for one in self.design.vary}
+        keys = {axis.key: axis.unit for axis in self.design.vary}
         for i, limit in enumerate(result.limits):
             inside = np.delete(holds, i, axis=1).all(axis=1)
             values = np.where(inside, predicted.objectives[:, 0], inf)
-            at = int(np.argmin(values))
-            if values[at] < better:
-                point = round_values(self.design.vary, predicted.points[at])
+            lowest = int(np.argmin(values))
+            if values[lowest] < better:
+                point = round_values(self.design.vary, predicted.points[lowest])
                 (rows,) = self.rows(self.case.scenario, keys, [point])
                 relaxed = make_candidate(self.case.scenario, 0, point, rows)
                 if relaxed.objectives[0] < better:
@@ -669,8 +682,8 @@ def invalid_note(
 ) -> str:
     """Return why the values of a design contradict each other; empty if they do not."""
     try:
-        for one in conditions:
-            scenario.at({**one, **point})
+        for condition in conditions:
+            scenario.at({**condition, **point})
     except ScenarioError as fault:
         return fault.problems[0].sentence
     return ""
@@ -691,8 +704,8 @@ def known_values(scenario: Scenario) -> dict[str, KnownValue]:
     ratio.
     """
     numeric = numeric_keys(type(scenario), scenario.resolved())
-    varied = {one.key for one in design_of(scenario).vary}
-    found = {}
+    varied = {axis.key for axis in design_of(scenario).vary}
+    values = {}
     for key, entry in numeric.items():
         if entry is None or not entry.present or (value := entry.here(key)) is None:
             continue
@@ -700,27 +713,27 @@ def known_values(scenario: Scenario) -> dict[str, KnownValue]:
         force = entry.unit == "N" or option in ("mu_kinetic", "mu_static")
         is_friction = block == "friction" and option not in ("normal", *LAWS) and force
         if key in varied or key in (*STIFFNESS_KEYS, DAMPING_RATIO_KEY) or is_friction:
-            found[key] = KnownValue(value, entry.header, is_friction)
-    return found
+            values[key] = KnownValue(value, entry.header, is_friction)
+    return values
 
 
 def round_values(vary: Sequence[KeyRange], point: Floats) -> dict[str, float]:
     """Return the values of a design at a point of the unit cube, as short decimals."""
     values = {}
-    for one, share in zip(vary, point.tolist(), strict=True):
-        exact = float(one.value(share))
-        if one.is_log:
-            digits = DIGITS - min(0, floor(log10(log(one.high / one.low))))
+    for axis, share in zip(vary, point.tolist(), strict=True):
+        exact = float(axis.value(share))
+        if axis.is_log:
+            digits = DIGITS - min(0, floor(log10(log(axis.high / axis.low))))
             value = float(f"{exact:.{digits}g}")
         else:
-            value = round(exact, DIGITS - 1 - floor(log10(one.high - one.low)))
-        values[one.key] = min(max(value, one.low), one.high)
+            value = round(exact, DIGITS - 1 - floor(log10(axis.high - axis.low)))
+        values[axis.key] = min(max(value, axis.low), axis.high)
     return values
 
 
 def shares_of(vary: Sequence[KeyRange], values: Mapping[str, float]) -> list[float]:
     """Return the point of the unit cube at which a design lies."""
-    return [one.share(values[one.key]) for one in vary]
+    return [axis.share(values[axis.key]) for axis in vary]
 
 
 def number_of(value: float | None) -> float:
@@ -732,10 +745,10 @@ def make_candidate(
     scenario: Scenario, number: int, values: Mapping[str, float], rows: tuple[Row, ...]
 ) -> Candidate:
     """Return a design with its objectives and the excess over its limits."""
-    found = design_of(scenario)
-    take = fmean if found.conditions.take == MEAN else max
+    block = design_of(scenario)
+    take = fmean if block.conditions.take == MEAN else max
     objectives = []
-    for name in found.minimise:
+    for name in block.minimise:
         several = [number_of(row.metrics.get(name)) for row in rows]
         objectives.append(nan if any(map(isnan, several)) else float(take(several)))
     excess = (max_excess(limit, rows) for limit in limits_of(scenario))
@@ -770,9 +783,9 @@ def evaluations_of(scenario: Scenario, candidates: Sequence[Candidate]) -> Evalu
     """Return designs as evaluations of the search."""
     vary = design_of(scenario).vary
     return Evaluations(
-        np.array([shares_of(vary, one.values) for one in candidates]),
-        np.array([one.objectives for one in candidates]),
-        np.array([one.excess for one in candidates]).reshape(len(candidates), -1),
+        np.array([shares_of(vary, candidate.values) for candidate in candidates]),
+        np.array([candidate.objectives for candidate in candidates]),
+        np.array([candidate.excess for candidate in candidates]).reshape(len(candidates), -1),
     )
 
 
@@ -803,14 +816,14 @@ def make_region(vary: Sequence[KeyRange], low: Floats, high: Floats, points: Flo
     return Region({key: (a, b) for (key, a), b in ends}, points)
 
 
-def flat_region(result: DesignResult, found: Evaluations) -> Region | None:
+def flat_region(result: DesignResult, evaluated: Evaluations) -> Region | None:
     """Return the admissible designs within 1 % of the best, by the surrogate model.
 
     None if there are too few designs for the model.
     """
     vary, best = result.design.vary, result.best
     assert best is not None, "only an admissible design has a region"
-    if (surrogate := Surrogate.of(found)) is None:
+    if (surrogate := Surrogate.of(evaluated)) is None:
         return None
     points = points_near(np.array(shares_of(vary, best.values)))
     predicted, least = surrogate.at(points), best.objectives[0]
@@ -820,7 +833,7 @@ def flat_region(result: DesignResult, found: Evaluations) -> Region | None:
     return make_region(vary, points.min(axis=0), points.max(axis=0), points)
 
 
-def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
+def optimum_region(result: DesignResult, evaluated: Evaluations) -> Region | None:
     """Return where the optimum may be, at 95 %, from several seeds.
 
     None if there are too few seeds or designs, or if a metric is unknown for some seed.
@@ -843,16 +856,16 @@ def optimum_region(result: DesignResult, found: Evaluations) -> Region | None:
     names = (design.minimise[0], *(limit.metric for limit in limits))
     series = np.array(
         [
-            [seed_values(one, name) for name in names]
-            for one in result.candidates
-            if one.is_known
+            [seed_values(candidate, name) for name in names]
+            for candidate in result.candidates
+            if candidate.is_known
         ]
     )  # shape (designs, metrics, conditions, seeds)
     if not np.isfinite(series).all():
         return None
     centre = np.array(shares_of(vary, best.values))
     points = points_near(centre)
-    tried, last = found.points[found.known], ROUNDS * len(GAP_SHARES)
+    tried, last = evaluated.points[evaluated.known], ROUNDS * len(GAP_SHARES)
     means = series.mean(axis=-1)
     at_points = interpolate(tried, means, points)
     earlier = interpolate(tried[:-last], means[:-last, 0], points)
@@ -985,8 +998,8 @@ def keys_at_bounds(result: DesignResult) -> dict[str, str]:
         return {}
     shares = shares_of(result.design.vary, result.shown.values)
     return {
-        one.key: "lower" if share <= AT_BOUND else "upper"
-        for one, share in zip(result.design.vary, shares, strict=True)
+        axis.key: "lower" if share <= AT_BOUND else "upper"
+        for axis, share in zip(result.design.vary, shares, strict=True)
         if not AT_BOUND < share < 1.0 - AT_BOUND
     }
 
@@ -995,7 +1008,7 @@ def design_warnings(result: DesignResult) -> Iterator[WarningMessage]:
     """Yield the warnings about a design study."""
     yield from result.case.warnings
     yield from unused_spectra_warnings(result.case)
-    lost = [one for one in result.candidates if not one.is_known]
+    lost = [candidate for candidate in result.candidates if not candidate.is_known]
     if lost:
         sentence = (
             f"{len(lost)} of {len(result.candidates)} designs have no numbers ({lost[0].status}"

@@ -58,10 +58,10 @@ def check_installation() -> list[Finding]:
 def versions() -> list[Finding]:
     """Return the versions of drysim, Python and all dependencies."""
     python = f"{platform.python_version()} on {platform.platform(terse=True)}"
-    own = [Finding("drysim", True, drysim.__version__), Finding("python", True, python)]
+    first = [Finding("drysim", True, drysim.__version__), Finding("python", True, python)]
     least = minimum_versions()
     extras = [name for name in least if name not in PACKAGES and installed_version(name)]
-    return own + [check_package(name, least.get(name, "")) for name in (*PACKAGES, *extras)]
+    return first + [check_package(name, least.get(name, "")) for name in (*PACKAGES, *extras)]
 
 
 def minimum_versions() -> dict[str, str]:
@@ -74,8 +74,8 @@ def minimum_versions() -> dict[str, str]:
     except PackageNotFoundError:
         return {}
     usual = (each for each in declared if not re.search(r"extra == .(dev|test)\b", each))
-    found = (re.match(r"([\w-]+)>=([\w.]+)", each) for each in usual)
-    return {match[1].lower(): match[2] for match in found if match}
+    matches = (re.match(r"([\w-]+)>=([\w.]+)", each) for each in usual)
+    return {match[1].lower(): match[2] for match in matches if match}
 
 
 def installed_version(name: str) -> str:
@@ -88,14 +88,14 @@ def installed_version(name: str) -> str:
 
 def check_package(name: str, least: str = "") -> Finding:
     """Return the version of a package, or an error if it is missing or too old."""
-    found = installed_version(name)
+    installed = installed_version(name)
     wanted = f"'{name}>={least}'" if least else name
     command = f"python -m pip install {wanted}"
-    if not found:
+    if not installed:
         return Finding(name, False, f"is missing; install it: {command}")
-    if least and version_numbers(found) < version_numbers(least):
-        return Finding(name, False, f"{found} is older than {least}; update it: {command}")
-    return Finding(name, True, found)
+    if least and version_numbers(installed) < version_numbers(least):
+        return Finding(name, False, f"{installed} is older than {least}; update it: {command}")
+    return Finding(name, True, installed)
 
 
 def version_numbers(text: str) -> tuple[int, ...]:

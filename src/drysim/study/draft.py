@@ -116,7 +116,7 @@ def _lines_of(proposal: Proposal) -> list[str]:
     reason, comment = label + sanitise(proposal.reason), f"{line:<{COMMENT_COLUMN}}  # "
     if len(comment) + len(reason) <= WIDTH:
         return [comment + reason]
-    return [*(f"  {words}" for words in _comment(reason)), line]
+    return [*(f"  {line}" for line in _comment(reason)), line]
 
 
 def _comment(text: str) -> list[str]:
@@ -127,10 +127,14 @@ def _comment(text: str) -> list[str]:
 def _table(columns: tuple[ColumnSummary, ...]) -> Iterator[str]:
     """Yield the rows of a table with the statistics of the columns."""
     rows: list[tuple[str, ...]] = [HEADER]
-    for one in columns[:MAX_ROWS]:
-        numbers = (one.level.mean, one.level.spread, one.smallest, one.largest)
-        words = (str(one.column + 1), sanitise(one.name) or "-", sanitise(one.unit) or "-")
-        rows.append((*words, *map(format_number, numbers), str(one.missing)))
+    for column in columns[:MAX_ROWS]:
+        numbers = (column.level.mean, column.level.spread, column.smallest, column.largest)
+        texts = (
+            str(column.column + 1),
+            sanitise(column.name) or "-",
+            sanitise(column.unit) or "-",
+        )
+        rows.append((*texts, *map(format_number, numbers), str(column.missing)))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         yield "  ".join(

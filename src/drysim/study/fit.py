@@ -355,13 +355,13 @@ class FitResult(Result):
     def inputs(self) -> tuple[Input, ...]:
         """Records of base motion and measurement, each file once."""
         several = (*getattr(self.motion, "inputs", ()), *self.measurement.inputs)
-        return tuple({one.file: one for one in several}.values())
+        return tuple({record.file: record for record in several}.values())
 
     def __repr__(self) -> str:
         """Return the fitted values in one line."""
         values = ", ".join(
-            f"{one.key} {format_number(one.value, format_unit(one.unit))}"
-            for one in self.parameters
+            f"{parameter.key} {format_number(parameter.value, format_unit(parameter.unit))}"
+            for parameter in self.parameters
         )
         error = f"error {format_number(100 * (self.metrics['fit_error'] or 0.0), '%', 3)}"
         return format_repr("FitResult", self.source.name, values, error)
@@ -384,15 +384,15 @@ class FitResult(Result):
         )
 
 
-def format_profile_interval(one: Parameter, more: int = 0, unit: str = "") -> str:
+def format_profile_interval(parameter: Parameter, more: int = 0, unit: str = "") -> str:
     """Return the profile interval of a parameter, to the digits in which its ends differ.
 
     Where one end is not known, the digits are those of an interval by the deviation.
     """
-    ends, digits = (one.profile_low, one.profile_high), 4
-    width = 2.0 * NORMAL_95 * (one.deviation or 0.0)
-    if one.profile_low is not None and one.profile_high is not None:
-        width = one.profile_high - one.profile_low
+    ends, digits = (parameter.profile_low, parameter.profile_high), 4
+    width = 2.0 * NORMAL_95 * (parameter.deviation or 0.0)
+    if parameter.profile_low is not None and parameter.profile_high is not None:
+        width = parameter.profile_high - parameter.profile_low
     largest = max((abs(end) for end in ends if end is not None), default=0.0)
     if width > 0.0:
         digits = min(max(digits, 2 + more + len(f"{largest / width:.0f}")), 12)
@@ -431,8 +431,8 @@ class Differentiable(NamedTuple):
             return whole
 
         def slopes(some: Floats) -> Floats | None:
-            found = self.slopes(complete(some))
-            return None if found is None else found[:, part]
+            rows = self.slopes(complete(some))
+            return None if rows is None else rows[:, part]
 
         return Differentiable(lambda some: self.value(complete(some)), slopes)
 
@@ -542,7 +542,7 @@ def minimise(
             return first[:, active]
         return few.jacobian(some, h, few_bounds)
 
-    found = least_squares(
+    result = least_squares(
         few.value,
         start,
         jac=derivatives,
@@ -555,7 +555,7 @@ def minimise(
         gtol=1e-15,
     )
     solution = x.copy()
-    solution[active] = found.x
+    solution[active] = result.x
     return solution
 
 
@@ -575,8 +575,8 @@ class LeastSquares:
     def starting_from(cls, model: FitModel, end: float, start: Floats) -> Self:
         """Return the residuals in units of the signals, scaled by a start in SI."""
         scale = [
-            model.size_of(one.key) or abs(value) or 1.0
-            for one, value in zip(model.parameters, start.tolist(), strict=True)
+            model.size_of(parameter.key) or abs(value) or 1.0
+            for parameter, value in zip(model.parameters, start.tolist(), strict=True)
         ]
         channels = model.measurement.channels
         noise = {name: float(channels[name].std()) or 1.0 for name in model.compared}
@@ -619,10 +619,10 @@ class LeastSquares:
         if solved is None:
             return None
         steps = sizes(solved.values / self.scale) * self.scale
-        found = solved.slopes(steps, self.model.compared, integrated)
-        if found is None or not all(np.isfinite(one).all() for one in found.values()):
+        slopes = solved.slopes(steps, self.model.compared, integrated)
+        if slopes is None or not all(np.isfinite(rows).all() for rows in slopes.values()):
             return None
-        return {name: one * self.scale[:, None] for name, one in found.items()}
+        return {name: rows * self.scale[:, None] for name, rows in slopes.items()}
 
     def differences(self, solved: Solved | None) -> dict[str, Floats]:
         """Return computed minus measured channels; large if the scene cannot be solved."""
@@ -650,11 +650,11 @@ class LeastSquares:
         solve = remember_last(self.solve)
 
         def slopes(x: Floats) -> Floats | None:
-            found = self.slopes(solve(x))
-            if found is None:
+            by_channel = self.slopes(solve(x))
+            if by_channel is None:
                 return None
             columns = []
-            for name, rows in found.items():
+            for name, rows in by_channel.items():
                 chosen = rows[:, mask]
                 if self.model.has_offset:
                     chosen -= chosen.mean(axis=1, keepdims=True)
@@ -676,17 +676,17 @@ class LeastSquares:
         solve, names = remember_last(self.solve), self.model.compared
 
         def value(x: Floats) -> Floats:
-            found = self.differences(solve(x))
-            smooth = {name: self.smoothed(one, name) for name, one in found.items()}
+            differences = self.differences(solve(x))
+            smooth = {name: self.smoothed(series, name) for name, series in differences.items()}
             return np.concatenate([smooth[name] / self.smooth_sizes[name] for name in names])
 
         def slopes(x: Floats) -> Floats | None:
-            found = self.slopes(solve(x), integrated=True)
-            if found is None:
+            by_channel = self.slopes(solve(x), integrated=True)
+            if by_channel is None:
                 return None
             columns = []
             for name in names:
-                rows = [self.smoothed(row, name, integrated=True) for row in found[name]]
+                rows = [self.smoothed(row, name, integrated=True) for row in by_channel[name]]
                 columns.append(np.array(rows) / self.smooth_sizes[name])
             return np.concatenate(columns, axis=1).T
 
@@ -695,11 +695,11 @@ class LeastSquares:
     @cached_property
     def smooth_sizes(self) -> dict[str, float]:
         """Standard deviation of each measured signal, as `smoothed` returns it."""
-        found = {}
+        deviations = {}
         for name, signal in self.measured.items():
             relative = signal - self.model.base()[: self.count] if name == "x_dd" else signal
-            found[name] = float(self.smoothed(relative, name).std()) or 1.0
-        return found
+            deviations[name] = float(self.smoothed(relative, name).std()) or 1.0
+        return deviations
 
     def smoothed(self, values: Floats, name: str, integrated: bool = False) -> Floats:
         """Return a series of a channel at fewer samples, an acceleration as a velocity.
@@ -829,8 +829,8 @@ def final_fit(squares: LeastSquares, x: Floats) -> Solution:
             chosen = squares.centred(difference, mask)[mask]
             size = float(np.sqrt(np.sum(chosen**2) / max(1, len(chosen) - len(x))))
             signal = squares.model.measurement.channels[name]
-            known = getattr(given, name, None)
-            noise[name] = known or max(size, 1e-15 * float(np.abs(signal).max()), 1e-300)
+            stated = getattr(given, name, None)
+            noise[name] = stated or max(size, 1e-15 * float(np.abs(signal).max()), 1e-300)
         squares = replace(squares, noise=noise)
         slopes = squares.over(mask).jacobian(x, DIFFERENCE, squares.bounds)
         covariance = covariance_of(slopes)
@@ -938,8 +938,8 @@ def perturbed(
     """Yield scaled parameters with relative changes of one of them, within its bounds."""
     for change in changes:
         near = x.copy()
-        at = x[j] + change * sizes(x)[j]
-        near[j] = np.clip(at, squares.bounds[0][j], squares.bounds[1][j])
+        value = x[j] + change * sizes(x)[j]
+        near[j] = np.clip(value, squares.bounds[0][j], squares.bounds[1][j])
         if near[j] != x[j]:
             yield near
 
@@ -956,8 +956,8 @@ def scan(squares: LeastSquares, x: Floats) -> Floats | None:
 
 def neighbours(squares: LeastSquares, x: Floats) -> Iterator[Floats]:
     """Yield starts around a solution, each with one parameter changed."""
-    for j, one in enumerate(squares.model.parameters):
-        static = one.key.startswith(STATIC_PATHS)
+    for j, parameter in enumerate(squares.model.parameters):
+        static = parameter.key.startswith(STATIC_PATHS)
         yield from perturbed(squares, x, j, STATIC_NEIGHBOURS if static else NEIGHBOURS)
 
 
@@ -993,10 +993,10 @@ def profile_of(solution: Solution, determined: Sequence[int], j: int) -> Paramet
         step = float(np.clip(NORMAL_95 * deviation, ROUNDING * size, size))
     ends = []
     for sign in (-1.0, 1.0):
-        end, found = _profile_end(solution, others, j, sign * step)
+        end, tried = _profile_end(solution, others, j, sign * step)
         ends.append(end)
-        points += found
-    profile = ParameterProfile(ends[0], ends[1], sorted(points, key=lambda one: one[:2]))
+        points += tried
+    profile = ParameterProfile(ends[0], ends[1], sorted(points, key=lambda point: point[:2]))
     static = solution.squares.model.parameters[j].key.startswith(STATIC_PATHS)
     return _over_all_samples(solution, j, profile) if static else profile
 
@@ -1018,13 +1018,13 @@ def _over_all_samples(
         return ProfilePoint(float(x[j]), squares.cost(x) - least, x)
 
     starts = [
-        *(one.x for one in selected.points),
+        *(point.x for point in selected.points),
         *perturbed(squares, solution.x, j, SCAN),
         *perturbed(squares, solution.x, j, _static_changes(solution, j)),
     ]
-    points = sorted(map(point, starts), key=lambda one: one[:2])
+    points = sorted(map(point, starts), key=lambda point: point[:2])
     ends: list[float | None] = []
-    for sign, known in ((1, selected.low), (-1, selected.high)):
+    for sign, selected_end in ((1, selected.low), (-1, selected.high)):
         for _ in range(BISECTIONS):
             ordered = points[::sign]
             first = _first_within(ordered)
@@ -1032,14 +1032,14 @@ def _over_all_samples(
                 break
             x = solution.x.copy()
             x[j] = 0.5 * (ordered[first].at + ordered[first - 1].at)
-            points = sorted([*points, point(x)], key=lambda one: one[:2])
+            points = sorted([*points, point(x)], key=lambda point: point[:2])
         ordered = points[::sign]
         first = _first_within(ordered)
         # The interval is rather too wide than too narrow.
-        if first == 0 or known is None:
+        if first == 0 or selected_end is None:
             ends.append(None)
         else:
-            ends.append(sign * min(sign * ordered[first - 1].at, sign * known))
+            ends.append(sign * min(sign * ordered[first - 1].at, sign * selected_end))
     return ParameterProfile(ends[0], ends[1], points)
 
 
@@ -1056,8 +1056,8 @@ def _static_changes(solution: Solution, j: int) -> list[float]:
 
 def _first_within(points: Sequence[ProfilePoint]) -> int:
     """Return the index of the first point that is as good as the best one, at 95 %."""
-    limit = min(one.rise for one in points) + CHI_SQUARE_95
-    return next(i for i, one in enumerate(points) if one.rise <= limit)
+    limit = min(point.rise for point in points) + CHI_SQUARE_95
+    return next(i for i, point in enumerate(points) if point.rise <= limit)
 
 
 def _profile_end(
@@ -1074,13 +1074,13 @@ def _profile_end(
     wanted, inner, outer = abs(step), (0.0, 0.0), np.inf
     points: list[ProfilePoint] = []
     while np.isinf(outer) or len(points) < PROFILE_POINTS:
-        at = start + sign * wanted
-        bounded = (at - limit) * sign >= 0.0
-        at = float(limit) if bounded else at
-        points.append(_profile_point(solution, others, j, at))
-        rise, step = points[-1].rise, abs(at - start)
+        value = start + sign * wanted
+        bounded = (value - limit) * sign >= 0.0
+        value = float(limit) if bounded else value
+        points.append(_profile_point(solution, others, j, value))
+        rise, step = points[-1].rise, abs(value - start)
         if abs(rise - CHI_SQUARE_95) < PROFILE_TOLERANCE * CHI_SQUARE_95:
-            return at, points
+            return value, points
         if rise < CHI_SQUARE_95 and (bounded or step >= farthest):
             return None, points
         root = float(np.sqrt(max(rise, 0.0)))
@@ -1100,21 +1100,21 @@ def _profile_end(
     return start + sign * outer, points  # rather too wide than too narrow
 
 
-def _profile_point(solution: Solution, others: list[int], j: int, at: float) -> ProfilePoint:
+def _profile_point(solution: Solution, others: list[int], j: int, value: float) -> ProfilePoint:
     """Return the point of a profile at a value of one parameter, the others fitted."""
     squares, x, variance = solution.squares, solution.x.copy(), solution.covariance[j, j]
-    x[j] = at
+    x[j] = value
 
     residuals = squares.over(solution.mask).of(x, others)
     best = x[others]
     if others:
         if variance > 0.0:
-            best += solution.covariance[others, j] / variance * (at - solution.x[j])
+            best += solution.covariance[others, j] / variance * (value - solution.x[j])
         bounds = squares.bounds[0][others], squares.bounds[1][others]
         best = minimise(residuals, np.clip(best, *bounds), DIFFERENCE, bounds, PROFILE_CALLS)
     rise = float(np.sum(residuals.value(best) ** 2)) - solution.sum_of_squares
     x[others] = best
-    return ProfilePoint(at, rise, x)
+    return ProfilePoint(value, rise, x)
 
 
 # The fit of one law
@@ -1202,16 +1202,18 @@ class LawFit:
         or half of its typical size where 0 is a value like any other.
         """
         solution = self.solution
-        about_zero = [self.model.size_of(one.key) is not None for one in self.model.parameters]
+        about_zero = [
+            self.model.size_of(parameter.key) is not None for parameter in self.model.parameters
+        ]
         whole = np.where(about_zero, 1.0, sizes(solution.x))
         _, values, directions = np.linalg.svd(solution.jacobian * whole, full_matrices=False)
-        found: dict[int, tuple[int, ...]] = {}
+        groups: dict[int, tuple[int, ...]] = {}
         for value, direction in zip(values, directions, strict=True):
             group = tuple(np.flatnonzero(np.abs(direction) > IN_DIRECTION).tolist())
             negligible = value <= NULL_SHARE * values[0]
             if negligible or (len(group) == 1 and value * UNKNOWN_SHARE <= 1.0):
-                found |= dict.fromkeys(group, group)
-        return found
+                groups |= dict.fromkeys(group, group)
+        return groups
 
 
 def fit_law(
@@ -1235,11 +1237,11 @@ def fit_law(
     likely = [candidates[i] for i in order]
     if min(map(first.error, likely)) > USELESS:
         likely = likely[:1]  # no start is anywhere near
-    found = []
-    for one in pool.map_in_order(first.fine, likely, shared):
-        found.append(one)
+    followed = []
+    for end_point in pool.map_in_order(first.fine, likely, shared):
+        followed.append(end_point)
         finished(1)
-    _, x = min(found, key=lambda one: one[0])
+    _, x = min(followed, key=lambda pair: pair[0])
     solution = final_fit(first, x)
     keys = [key for key in model.fixed_start if key in model.scenario.unstated_start]
     if keys and begins_in_motion(solution, keys):
@@ -1255,52 +1257,54 @@ def fit_law(
             break
         else:
             near = pool.map_in_order(squares.fine, neighbours(squares, solution.x))
-        cost, x = min(near, key=lambda one: one[0])
+        cost, x = min(near, key=lambda pair: pair[0])
         if cost >= BETTER * solution.cost:
             break
         solution = final_fit(squares, x)
-    return LawFit(model, first, tuple(x for _, x in found), solution)
+    return LawFit(model, first, tuple(x for _, x in followed), solution)
 
 
-def profiles_of(one: LawFit, pool: WorkerPool) -> dict[int, ParameterProfile]:
+def profiles_of(law_fit: LawFit, pool: WorkerPool) -> dict[int, ParameterProfile]:
     """Return the profiles of the parameters; of those that depend on others there are none.
 
     Without a motion that resembles the measured one, or without noise, there are none at all.
     """
-    if one.error > USELESS or one.error < EXACT:
+    if law_fit.error > USELESS or law_fit.error < EXACT:
         return {}
-    groups, every = one.undetermined, range(len(one.model.parameters))
+    groups, every = law_fit.undetermined, range(len(law_fit.model.parameters))
     free = [j for j in every if not len(groups.get(j, ())) > 1]
     determined = [j for j in free if j not in groups]
-    profile = partial(profile_of, one.solution, determined)
+    profile = partial(profile_of, law_fit.solution, determined)
     return dict(zip(free, pool.map_in_order(profile, free), strict=True))
 
 
-def refit_from_profiles(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit | None:
+def refit_from_profiles(
+    law_fit: LawFit, profiles: Mapping[int, ParameterProfile]
+) -> LawFit | None:
     """Return the fit from the lowest point of the profiles; None if it is no better one."""
     points = [point for profile in profiles.values() for point in profile.points]
     lowest = min(points, key=lambda point: point.rise, default=None)
     if lowest is None or lowest.rise >= -PROFILE_TOLERANCE * CHI_SQUARE_95:
         return None
-    squares = one.solution.squares
+    squares = law_fit.solution.squares
     _, x = squares.fine(lowest.x, STEPS[2:])
     solution = final_fit(squares, x)
-    is_better = squares.cost(solution.x) < BETTER * one.solution.cost
-    return replace(one, solution=solution) if is_better else None
+    is_better = squares.cost(solution.x) < BETTER * law_fit.solution.cost
+    return replace(law_fit, solution=solution) if is_better else None
 
 
-def with_best_static_limit(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit:
+def with_best_static_limit(law_fit: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit:
     """Return the fit with the static limit that is best over all samples.
 
     It is the least one if no other is better by more than a standard deviation: the limit may
     not matter up to some value, and the lowest sum of squares is then that of chance.
     """
-    x = one.solution.x.copy()
+    x = law_fit.solution.x.copy()
     for j, profile in profiles.items():
-        if one.model.parameters[j].key.startswith(STATIC_PATHS):
+        if law_fit.model.parameters[j].key.startswith(STATIC_PATHS):
             best, least = min(profile.points, key=lambda point: point.rise), profile.points[0]
             x[j] = least.at if least.rise - best.rise < 1.0 else best.at
-    return replace(one, solution=one.solution._replace(x=x))
+    return replace(law_fit, solution=law_fit.solution._replace(x=x))
 
 
 # The complete fit
@@ -1410,42 +1414,47 @@ def score_laws(names: Sequence[str], fits: Sequence[LawFit]) -> tuple[LawScore, 
     if not names:
         return ()
     # All laws have a held-out part, or none has.
-    errors = [one.error if one.error_held_out is None else one.error_held_out for one in fits]
-    blocks = [block_squares(one) for one in fits]
+    errors = [
+        law_fit.error if law_fit.error_held_out is None else law_fit.error_held_out
+        for law_fit in fits
+    ]
+    blocks = [block_squares(law_fit) for law_fit in fits]
     leader = int(np.argmin(errors))
-    found = []
-    for i, (name, one) in enumerate(zip(names, fits, strict=True)):
+    ranked = []
+    for i, (name, law_fit) in enumerate(zip(names, fits, strict=True)):
         difference = blocks[i] - blocks[leader]
         spread = float(difference.std(ddof=1)) / np.sqrt(len(difference))
         tied = i == leader or float(difference.mean()) <= 2.0 * spread
-        score = LawScore(name, one.error, one.error_held_out, False)
-        found.append((not tied, len(one.model.parameters) if tied else 0, i, errors[i], score))
-    several = sum(not one[0] for one in found) > 1
-    found.sort(key=lambda one: (one[0], one[1], one[3] if one[0] else one[2]))
-    return tuple(score._replace(tied=several and not worse) for worse, *_, score in found)
+        score = LawScore(name, law_fit.error, law_fit.error_held_out, False)
+        ranked.append(
+            (not tied, len(law_fit.model.parameters) if tied else 0, i, errors[i], score)
+        )
+    several = sum(not entry[0] for entry in ranked) > 1
+    ranked.sort(key=lambda entry: (entry[0], entry[1], entry[3] if entry[0] else entry[2]))
+    return tuple(score._replace(tied=several and not worse) for worse, *_, score in ranked)
 
 
-def block_squares(one: LawFit) -> Floats:
+def block_squares(law_fit: LawFit) -> Floats:
     """Return the mean squared relative residual of blocks of the held-out part."""
-    count = len(one.model.measurement.t)
-    begin = one.first.count if count - one.first.count >= BLOCKS else 0
+    count = len(law_fit.model.measurement.t)
+    begin = law_fit.first.count if count - law_fit.first.count >= BLOCKS else 0
     total: Floats = np.zeros(count - begin)
-    for channel in one.channels:
-        size = float(one.model.measurement.channels[channel.name].std()) or 1.0
-        total = total + (one.residuals(channel.name, channel.offset)[begin:] / size) ** 2
+    for channel in law_fit.channels:
+        size = float(law_fit.model.measurement.channels[channel.name].std()) or 1.0
+        total = total + (law_fit.residuals(channel.name, channel.offset)[begin:] / size) ** 2
     return np.array([float(block.mean()) for block in np.array_split(total, BLOCKS)])
 
 
-def errors_of(one: LawFit) -> Iterator[ChannelFit]:
+def errors_of(law_fit: LawFit) -> Iterator[ChannelFit]:
     """Yield how well each channel is fitted and predicted."""
-    model, mask, count = one.model, one.solution.mask, one.first.count
+    model, mask, count = law_fit.model, law_fit.solution.mask, law_fit.first.count
     for name in model.compared:
         measured, offset = model.measurement.channels[name], None
         if model.has_offset:
-            difference = measured - one.prediction.channels[name]
+            difference = measured - law_fit.prediction.channels[name]
             offset = float(difference[:count][mask].mean())
         size = rms(measured - (offset or 0.0)) or 1.0
-        residuals = one.residuals(name, offset)
+        residuals = law_fit.residuals(name, offset)
         fitted, rest = residuals[:count], residuals[count:]
         freedom = max(1, int(mask.sum()) - len(model.parameters))
         noise = float(np.sqrt(np.sum(fitted[mask] ** 2) / freedom))
@@ -1455,99 +1464,105 @@ def errors_of(one: LawFit) -> Iterator[ChannelFit]:
 
 def describe_fit(
     source: Scenario,
-    one: LawFit,
+    law_fit: LawFit,
     scores: tuple[LawScore, ...],
     profiles: Mapping[int, ParameterProfile],
 ) -> FitResult:
     """Return the result for a solution: intervals, errors, checks, warnings."""
-    model, scale = one.model, one.first.scale
-    parameters = tuple(intervals(one, profiles))
-    scenario = fitted_scenario(one)
-    metrics: Values = {"fit_error": one.error, "fit_error_held_out": one.error_held_out}
+    model, scale = law_fit.model, law_fit.first.scale
+    parameters = tuple(intervals(law_fit, profiles))
+    scenario = fitted_scenario(law_fit)
+    metrics: Values = {"fit_error": law_fit.error, "fit_error_held_out": law_fit.error_held_out}
     if source.checks:
         metrics = metrics_of_fitted(scenario) | metrics
     of_base = getattr(model.motion, "warnings", ())
-    of_records = {known.sentence: known for known in (*of_base, *model.measurement.warnings)}
+    of_records = {
+        warning.sentence: warning for warning in (*of_base, *model.measurement.warnings)
+    }
     warnings = tuple(of_records.values())
     return FitResult(
         source=source,
         scenario=scenario,
         motion=model.motion,
         measurement=model.measurement,
-        prediction=one.prediction,
-        selected=one.solution.mask,
-        fitted_end=one.first.end,
+        prediction=law_fit.prediction,
+        selected=law_fit.solution.mask,
+        fitted_end=law_fit.first.end,
         parameters=parameters,
-        correlations=tuple(correlations(one, parameters)),
-        channels=one.channels,
+        correlations=tuple(correlations(law_fit, parameters)),
+        channels=law_fit.channels,
         laws=scores,
-        starts=one.starts,
+        starts=law_fit.starts,
         profiles=tuple(
             Profile(
                 model.parameters[j].key,
-                np.array([point.at for point in found.points]) * scale[j],
-                np.array([point.rise for point in found.points])
-                - min(point.rise for point in found.points),
+                np.array([point.at for point in profile.points]) * scale[j],
+                np.array([point.rise for point in profile.points])
+                - min(point.rise for point in profile.points),
             )
-            for j, found in profiles.items()
+            for j, profile in profiles.items()
         ),
         metrics=metrics,
         spring_in_force=model.fit.measured.is_rig and model.spring_in_force,
         checks=tuple(check.judge(metrics) for check in source.checks),
-        warnings=(*warnings, *fit_warnings(one, parameters, warnings)),
+        warnings=(*warnings, *fit_warnings(law_fit, parameters, warnings)),
     )
 
 
-def intervals(one: LawFit, profiles: Mapping[int, ParameterProfile]) -> Iterator[Parameter]:
+def intervals(law_fit: LawFit, profiles: Mapping[int, ParameterProfile]) -> Iterator[Parameter]:
     """Yield the fitted values with their intervals."""
-    model, solution, groups = one.model, one.solution, one.undetermined
-    point = model.point(one.values)
+    model, solution, groups = law_fit.model, law_fit.solution, law_fit.undetermined
+    point = model.point(law_fit.values)
     for j, p in enumerate(model.parameters):
-        value, scale = point[p.key], float(one.first.scale[j])
-        known = Parameter(p.key, p.unit, value, None, None, None, None, None)
-        known = known._replace(bound=one.bound_of(j, float(one.values[j])))
-        if one.error > USELESS:
-            yield known._replace(note=NOT_THIS_MOTION)
+        value, scale = point[p.key], float(law_fit.first.scale[j])
+        parameter = Parameter(p.key, p.unit, value, None, None, None, None, None)
+        parameter = parameter._replace(bound=law_fit.bound_of(j, float(law_fit.values[j])))
+        if law_fit.error > USELESS:
+            yield parameter._replace(note=NOT_THIS_MOTION)
             continue
         if j not in groups:
             deviation = scale * solution.deviation(j)
             half = NORMAL_95 * deviation
             low, high = max(value - half, p.low), min(value + half, p.high)
-            known = known._replace(deviation=deviation, low=low, high=high)
-        if found := profiles.get(j):
-            known = known._replace(
-                profile_low=None if found.low is None else found.low * scale,
-                profile_high=None if found.high is None else found.high * scale,
+            parameter = parameter._replace(deviation=deviation, low=low, high=high)
+        if profile := profiles.get(j):
+            parameter = parameter._replace(
+                profile_low=None if profile.low is None else profile.low * scale,
+                profile_high=None if profile.high is None else profile.high * scale,
             )
-            if found.low is None and (found.high is None or is_without_stops(one, p.key)):
+            if profile.low is None and (
+                profile.high is None or is_without_stops(law_fit, p.key)
+            ):
                 # The record excludes no value, whatever the curvature at the fitted one, or
                 # none of a static limit up to that of a first stop.
-                note = reason_of(one, groups.get(j, (j,)))
-                if known.profile_high is not None:
-                    note += f" up to {format_number(known.profile_high, format_unit(p.unit))}"
-                known = known._replace(deviation=None, low=None, high=None, note=note)
+                note = reason_of(law_fit, groups.get(j, (j,)))
+                if parameter.profile_high is not None:
+                    note += (
+                        f" up to {format_number(parameter.profile_high, format_unit(p.unit))}"
+                    )
+                parameter = parameter._replace(deviation=None, low=None, high=None, note=note)
         elif j in groups:
-            known = known._replace(note=reason_of(one, groups[j]))
+            parameter = parameter._replace(note=reason_of(law_fit, groups[j]))
         else:  # rounding has no profile
-            known = known._replace(
-                profile_low=None if known.low == known.bound else known.low,
-                profile_high=None if known.high == known.bound else known.high,
+            parameter = parameter._replace(
+                profile_low=None if parameter.low == parameter.bound else parameter.low,
+                profile_high=None if parameter.high == parameter.bound else parameter.high,
             )
-        yield known
+        yield parameter
 
 
-def fitted_scenario(one: LawFit) -> Scenario:
+def fitted_scenario(law_fit: LawFit) -> Scenario:
     """Return the scenario with the fitted values, without its fit block and checks of it."""
-    scenario = one.model.at(one.values)
+    scenario = law_fit.model.at(law_fit.values)
     document, friction = scenario.document, scenario.active_friction
-    words = without_fit_checks(scenario).copy_with({"fit": None}).resolved()
+    fields = without_fit_checks(scenario).copy_with({"fit": None}).resolved()
     if friction is not None:
         options = friction.model_dump(by_alias=True, exclude_none=True, mode="json")
-        known = fields_by_key(LAWS[friction.law])  # without the options of other laws
-        words["friction"] = {key: value for key, value in options.items() if key in known}
+        law_keys = fields_by_key(LAWS[friction.law])  # without the options of other laws
+        fields["friction"] = {key: value for key, value in options.items() if key in law_keys}
     context = {"folder": scenario.folder, "document": document}
-    plain = Scenario.model_validate(words, context=context)
-    swept = one.model.scenario
+    plain = Scenario.model_validate(fields, context=context)
+    swept = law_fit.model.scenario
     return plain.copy_with({"sweep": swept.sweep, "reference": swept.reference})
 
 
@@ -1559,34 +1574,34 @@ def metrics_of_fitted(scenario: Scenario) -> Values:
     return dict(measure_case(prepare(scenario))[0])
 
 
-def reason_of(one: LawFit, group: tuple[int, ...]) -> str:
+def reason_of(law_fit: LawFit, group: tuple[int, ...]) -> str:
     """Return why the record does not determine a parameter, or those of a group."""
-    model, found = one.model, one.prediction
+    model, fitted = law_fit.model, law_fit.prediction
     named = [model.parameters[j].key for j in group]
     if len(named) > 1:
         mass = ", usually the mass" if "oscillator.mass" in named else ""
         return f"only the ratios of {join_words(named)} follow; state one of them{mass}"
     span = format_number(float(model.measurement.t[-1]), "s")
-    if is_without_stops(one, named[0]):
+    if is_without_stops(law_fit, named[0]):
         return f"the mass never sticks in {span}, so that its value does not matter here"
-    if (found.mode == 0).all():
+    if (fitted.mode == 0).all():
         return f"the fitted mass never slides in {span}"
     return "it has no effect on this record beyond the noise"
 
 
-def is_without_stops(one: LawFit, key: str) -> bool:
+def is_without_stops(law_fit: LawFit, key: str) -> bool:
     """Return whether a key is a static limit, and the fitted mass never sticks."""
-    return key.startswith(STATIC_PATHS) and not (one.prediction.mode == 0).any()
+    return key.startswith(STATIC_PATHS) and not (law_fit.prediction.mode == 0).any()
 
 
 def correlations(
-    one: LawFit, parameters: Sequence[Parameter]
+    law_fit: LawFit, parameters: Sequence[Parameter]
 ) -> Iterator[tuple[str, str, float]]:
     """Yield the pairs of keys with a correlation above `HIGH_CORRELATION`."""
-    covariance = one.solution.covariance
-    known = [j for j, p in enumerate(parameters) if p.deviation]
-    for a, i in enumerate(known):
-        for j in known[a + 1 :]:
+    covariance = law_fit.solution.covariance
+    determined = [j for j, p in enumerate(parameters) if p.deviation]
+    for a, i in enumerate(determined):
+        for j in determined[a + 1 :]:
             value = float(covariance[i, j] / np.sqrt(covariance[i, i] * covariance[j, j]))
             if abs(value) > HIGH_CORRELATION:
                 yield parameters[i].key, parameters[j].key, value
@@ -1596,22 +1611,22 @@ def correlations(
 
 
 def fit_warnings(
-    one: LawFit, parameters: Sequence[Parameter], of_records: Sequence[WarningMessage]
+    law_fit: LawFit, parameters: Sequence[Parameter], of_records: Sequence[WarningMessage]
 ) -> Iterator[WarningMessage]:
     """Yield the warnings about a fit; of one that describes next to nothing only the cause."""
-    error = one.error
-    if not is_noise(one.solution, FAULT_MARGIN):
+    error = law_fit.error
+    if not is_noise(law_fit.solution, FAULT_MARGIN):
         sentence = f"the fitted motion differs from the measured one by {100 * error:.3g} %"
-        clipped = any(known.slug == CLIPPED for known in of_records)
+        clipped = any(warning.slug == CLIPPED for warning in of_records)
         unknown = "clipped samples are not those of the motion" if clipped else UNKNOWN_FAULT
-        if cause := likely_fault(one) or (unknown if clipped or error > BAD_FIT else ""):
+        if cause := likely_fault(law_fit) or (unknown if clipped or error > BAD_FIT else ""):
             yield WarningMessage("bad-fit", f"{sentence}; {cause}", {"fit_error": error})
             if error > USELESS:
                 return
     notes: dict[str, list[str]] = {}
-    for j, (p, free) in enumerate(zip(parameters, one.model.parameters, strict=True)):
-        given = one.model.fit.free.get(p.key, FreeKey())
-        scale = float(one.first.scale[j])
+    for j, (p, free) in enumerate(zip(parameters, law_fit.model.parameters, strict=True)):
+        given = law_fit.model.fit.free.get(p.key, FreeKey())
+        scale = float(law_fit.first.scale[j])
         if p.note:
             notes.setdefault(p.note, []).append(p.key)
         elif is_near(p.value, given.low, scale) or is_near(p.value, given.high, scale):
@@ -1628,22 +1643,20 @@ def fit_warnings(
     for note, keys in notes.items():
         about = "" if len(keys) > 1 and join_words(keys) in note else f"{join_words(keys)}: "
         yield WarningMessage("not-determined", f"{about}{note}")
-    stated = one.model.stated_start
-    if gain_of_start(one.solution, stated) > START_WRONG:
+    stated = law_fit.model.stated_start
+    if gain_of_start(law_fit.solution, stated) > START_WRONG:
         sentence = f"{describe_wrong_start(stated)}; the intervals may miss the true values"
         yield WarningMessage("start-differs", sentence)
-    agree, total = one.starts
+    agree, total = law_fit.starts
     if agree < 2 <= total:
-        found = (
-            f"only {agree} of {total} starts led" if agree else f"none of {total} starts led"
-        )
+        many = f"only {agree} of {total} starts led" if agree else f"none of {total} starts led"
         sentence = (
-            f"{found} to this solution: it may not be the best; give `start` values or bounds"
+            f"{many} to this solution: it may not be the best; give `start` values or bounds"
         )
         yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
-    for channel in one.channels:
-        rho = lag_correlation(one, channel.name)
-        count = int(one.solution.mask.sum())
+    for channel in law_fit.channels:
+        rho = lag_correlation(law_fit, channel.name)
+        count = int(law_fit.solution.mask.sum())
         if error > EXACT and abs(rho) * np.sqrt(count) > WHITE:
             factor = format_number(np.sqrt((1.0 + rho) / (1.0 - rho)), digits=2)
             sentence = (
@@ -1661,11 +1674,11 @@ def is_near(value: float, bound: float | None, scale: float) -> bool:
     return abs(value - bound) <= 1e-6 * max(abs(bound), scale)
 
 
-def lag_correlation(one: LawFit, name: str) -> float:
+def lag_correlation(law_fit: LawFit, name: str) -> float:
     """Return the correlation of neighbouring residuals of a channel."""
     difference, mask = (
-        one.first.differences(one.first.solve(one.solution.x))[name],
-        one.solution.mask,
+        law_fit.first.differences(law_fit.first.solve(law_fit.solution.x))[name],
+        law_fit.solution.mask,
     )
     values = difference - difference[mask].mean()
     both = mask[1:] & mask[:-1]
@@ -1675,29 +1688,31 @@ def lag_correlation(one: LawFit, name: str) -> float:
     return min(float(np.mean((values[1:] * values[:-1])[both])) / size, 0.999)
 
 
-def likely_fault(one: LawFit) -> str:
+def likely_fault(law_fit: LawFit) -> str:
     """Return the most likely fault of a record that is not fitted well; empty if none."""
-    model = one.model
+    model = law_fit.model
     if model.fit.measured.is_rig:
         return ""
     if is_decay(model.scenario) and (still := samples_at_rest(model)):
-        found = model.measurement
-        rest = {name: values[still:] for name, values in found.channels.items()}
-        released = replace(model, measurement=found._replace(channels=rest, t=found.t[:-still]))
-        if refitted(one, released)[0] < MUCH_BETTER * one.error:
-            time = format_number(still * found.dt, "s", 3)
+        measured = model.measurement
+        rest = {name: values[still:] for name, values in measured.channels.items()}
+        released = replace(
+            model, measurement=measured._replace(channels=rest, t=measured.t[:-still])
+        )
+        if refitted(law_fit, released)[0] < MUCH_BETTER * law_fit.error:
+            time = format_number(still * measured.dt, "s", 3)
             return (
                 f"the mass seems to be held for the first {time}: let `window` begin where it "
                 "is released"
             )
-    own, best, cause = refitted(one, model)[0], np.inf, ""
-    for words, other in possible_faults(model):
-        error, values = refitted(one, other, OBVIOUS * own)
+    uncorrected, best, cause = refitted(law_fit, model)[0], np.inf, ""
+    for fault, other in possible_faults(model):
+        error, values = refitted(law_fit, other, OBVIOUS * uncorrected)
         if error < best:
-            best, cause = error, words.format(lag=format_number(values[-1], "s", 3))
-        if best < OBVIOUS * own:
+            best, cause = error, fault.format(lag=format_number(values[-1], "s", 3))
+        if best < OBVIOUS * uncorrected:
             break
-    return cause if best < MUCH_BETTER * min(own, 1.0) else ""
+    return cause if best < MUCH_BETTER * min(uncorrected, 1.0) else ""
 
 
 def samples_at_rest(model: FitModel) -> int:
@@ -1712,32 +1727,32 @@ def samples_at_rest(model: FitModel) -> int:
 
 def possible_faults(model: FitModel) -> Iterator[tuple[str, FitModel]]:
     """Yield usual faults of a record in words, each with the model in which it is corrected."""
-    found, motion = model.measurement, model.motion
+    measured, motion = model.measurement, model.motion
 
     def multiplied(name: str, factor: float) -> FitModel:
-        channels = found.channels | {name: factor * found.channels[name]}
-        return replace(model, measurement=found._replace(channels=channels))
+        channels = measured.channels | {name: factor * measured.channels[name]}
+        return replace(model, measurement=measured._replace(channels=channels))
 
     for name in model.compared:
         yield f"the sign of {name} seems to be wrong: `scale: -1`", multiplied(name, -1.0)
-    whole = isinstance(motion, Samples) and len(found.t) == len(motion.u_dd)
-    if "x_dd" in found.channels and isinstance(motion, Samples) and whole:
-        swapped = found._replace(channels=found.channels | {"x_dd": motion.u_dd[:]})
-        exchanged = motion._replace(u_dd=found.channels["x_dd"], u=None)
-        words = "base and mass seem to be swapped: exchange the columns"
-        yield words, replace(model, measurement=swapped, motion=exchanged)
+    whole = isinstance(motion, Samples) and len(measured.t) == len(motion.u_dd)
+    if "x_dd" in measured.channels and isinstance(motion, Samples) and whole:
+        swapped = measured._replace(channels=measured.channels | {"x_dd": motion.u_dd[:]})
+        exchanged = motion._replace(u_dd=measured.channels["x_dd"], u=None)
+        fault = "base and mass seem to be swapped: exchange the columns"
+        yield fault, replace(model, measurement=swapped, motion=exchanged)
     if stated := model.stated_start:
         yield describe_wrong_start(stated), model.with_free_start(stated)
     # Nothing lags behind a base at rest.
     if DELAY_KEY not in [p.key for p in model.parameters] and not is_decay(model.scenario):
-        far = 20.0 * found.dt
+        far = 20.0 * measured.dt
         delay = FreeParameter(DELAY_KEY, "s", -far, far, 0.0)
-        words = "the measured response seems to lag by {lag}: free `measured.delay`"
-        yield words, replace(model, parameters=(*model.parameters, delay))
+        fault = "the measured response seems to lag by {lag}: free `measured.delay`"
+        yield fault, replace(model, parameters=(*model.parameters, delay))
     for name in model.compared:
-        for factor, words in WRONG_UNITS.get(name, {}).items():
-            words = f"the unit of {name} seems to be wrong by a factor of {words}"
-            yield words, multiplied(name, factor)
+        for factor, fault in WRONG_UNITS.get(name, {}).items():
+            fault = f"the unit of {name} seems to be wrong by a factor of {fault}"
+            yield fault, multiplied(name, factor)
 
 
 def describe_wrong_start(stated: Sequence[str]) -> str:
@@ -1749,14 +1764,14 @@ def describe_wrong_start(stated: Sequence[str]) -> str:
     )
 
 
-def refitted(one: LawFit, model: FitModel, enough: float = 0.0) -> tuple[float, Floats]:
+def refitted(law_fit: LawFit, model: FitModel, enough: float = 0.0) -> tuple[float, Floats]:
     """Return relative error and values of a quick fit of another model.
 
     Up to three starts are followed, until an error is small enough.
     """
     t = model.measurement.t
     end = min(
-        one.first.end, max(QUICK_SHARE * float(t[-1]), float(t[min(MIN_PART, len(t)) - 1]))
+        law_fit.first.end, max(QUICK_SHARE * float(t[-1]), float(t[min(MIN_PART, len(t)) - 1]))
     )
     best, values = np.inf, np.zeros(len(model.parameters))
     for start in model.starts()[:3]:

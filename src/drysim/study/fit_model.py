@@ -129,8 +129,12 @@ class Trial(NamedTuple):
 
 def is_valid_scene(law: AnyLaw, start: State) -> bool:
     """Return whether values that are within their bounds agree, as a scenario demands."""
-    one, other = (law.F_fk, law.F_fs), law.compression or (law.F_fk, law.F_fs)
-    if one[1] < one[0] or other[1] < other[0] or (one[0] == 0.0) != (other[0] == 0.0):
+    extension, compression = (law.F_fk, law.F_fs), law.compression or (law.F_fk, law.F_fs)
+    if (
+        extension[1] < extension[0]
+        or compression[1] < compression[0]
+        or (extension[0] == 0.0) != (compression[0] == 0.0)
+    ):
         return False
     if law.F_fk == 0.0 and (isinstance(law, DynamicLaw) or law.is_elastic):
         return False
@@ -159,10 +163,10 @@ class Places(NamedTuple):
     def at_points(cls, response: Response, first: int, stride: int, count: int) -> Places:
         """Return the places of grid points, of which the last may be one too many."""
         last = first + stride * (count - 1)
-        at: Any = slice(first, last + 1, stride)
+        points: Any = slice(first, last + 1, stride)
         if last >= len(response):
-            at = np.minimum(first + stride * np.arange(count), len(response) - 1)
-        return cls(at, None, response.d[at], response.dt)
+            points = np.minimum(first + stride * np.arange(count), len(response) - 1)
+        return cls(points, None, response.d[points], response.dt)
 
     @classmethod
     def between_points(cls, response: Response, place: Floats) -> Places:
@@ -238,22 +242,22 @@ class Solved:
         rates, springs = self.rates(sizes)
         if self.scene.law.variation == 0.0 and rates[VARIATION].any():
             return None  # an event more than the motion has
-        found, response, places = linearise(self.response, rates), self.response, self.places
+        linear, response, places = linearise(self.response, rates), self.response, self.places
         if self.with_spring:
             _, k_x, b = self.scene.plant
-            found.F_f[:] += k_x * found.x_r + b * found.v_r
-            found.F_f[:] += springs[:1].T * response.x_r + springs[1:].T * response.v_r
+            linear.F_f[:] += k_x * linear.x_r + b * linear.v_r
+            linear.F_f[:] += springs[:1].T * response.x_r + springs[1:].T * response.v_r
         slopes = {}
         delayed = [j for j, p in enumerate(self.model.parameters) if p.key == DELAY_KEY]
         for name in names:
             values = getattr(response, name)
             if integrated and name == "x_dd":  # x_r' + u', and u does not depend on the values
-                rows = places.sample(found.v_r)
+                rows = places.sample(linear.v_r)
                 for j in delayed:
                     rows[j] = -places.sample(values)
                 slopes[name] = rows - rows[:, :1]  # constant outside the motion
             else:
-                rows = places.sample(getattr(found, name))
+                rows = places.sample(getattr(linear, name))
                 for j in delayed:
                     rows[j] = places.rate(values)
                 slopes[name] = rows * (places.mode != OUTSIDE)
@@ -324,7 +328,7 @@ class FitModel:
     @cached_property
     def fixed_start(self) -> tuple[str, ...]:
         """Keys of the start state that are not fitted; none for a rig, which imposes it."""
-        fitted = {one.key for one in self.parameters}
+        fitted = {p.key for p in self.parameters}
         is_rig = self.fit.measured.is_rig
         return () if is_rig else tuple(key for key in START_KEYS if key not in fitted)
 
@@ -347,7 +351,7 @@ class FitModel:
     def point(self, values: Floats) -> dict[str, Any]:
         """Return values by key; the static limit is kept at or above kinetic friction."""
         each = values.tolist() if values.ndim == 1 else [*values]
-        point = dict(zip((one.key for one in self.parameters), each, strict=True))
+        point = dict(zip((p.key for p in self.parameters), each, strict=True))
         for under, over in STATIC_KEYS.items():
             if over in point:
                 kinetic = under.partition(".")[2]
@@ -388,8 +392,8 @@ class FitModel:
         scene = self.scene(values)
         if not is_valid_scene(scene.law, scene.start):
             return None
-        found, step = self.measurement, self.case.step
-        t = found.t if end is None else found.t[found.t <= end * (1.0 + 1e-12)]
+        measured, step = self.measurement, self.case.step
+        t = measured.t if end is None else measured.t[measured.t <= end * (1.0 + 1e-12)]
         delay = self.point(values).get(DELAY_KEY)
         stated = delay is None
         if delay is None:
@@ -404,7 +408,7 @@ class FitModel:
         except SolverError:
             return None
         if delay == 0.0 and stated and not self.fit.measured.is_rig:
-            places = Places.at_points(response, found.first, found.stride, len(t))
+            places = Places.at_points(response, measured.first, measured.stride, len(t))
         else:
             places = Places.between_points(response, (t - delay) / step)
         return Solved(self, values, scene, response, places)
@@ -430,7 +434,7 @@ class FitModel:
         the friction is to act: the measured force decides, by its scatter about sgn(v_r).
         """
         _, k_x, b = self.case.plant
-        keys = {one.key.partition(".")[0] for one in self.parameters}
+        keys = {p.key.partition(".")[0] for p in self.parameters}
         if "oscillator" in keys or not (k_x or b):
             return "oscillator" in keys
         x_r, v_r = self.imposed_path, self.imposed
@@ -470,20 +474,20 @@ class FitModel:
         ScenarioError
             If the file gives no start for a key that has no closed form.
         """
-        found: list[Floats] = []
-        for known, from_file in product(self._closed_forms(), (True, False)):
+        starts: list[Floats] = []
+        for closed_form, from_file in product(self._closed_forms(), (True, False)):
             values = np.array(
-                [self._start_of(one, known, from_file) for one in self.parameters]
+                [self._start_of(p, closed_form, from_file) for p in self.parameters]
             )
             values = np.clip(values, *self.bounds)
-            if not any(np.allclose(values, other, rtol=1e-9) for other in found):
-                found.append(values)
-        return found
+            if not any(np.allclose(values, other, rtol=1e-9) for other in starts):
+                starts.append(values)
+        return starts
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
         """Lower and upper bounds of the values."""
-        low, high = zip(*((one.low, one.high) for one in self.parameters), strict=True)
+        low, high = zip(*((p.low, p.high) for p in self.parameters), strict=True)
         return np.array(low), np.array(high)
 
     def _closed_forms(self) -> list[dict[str, float]]:
@@ -492,11 +496,11 @@ class FitModel:
             return self._starts_of_rig()
         motion = self.kinematics
         m, k_x, b = self.case.plant
-        free = {key for one in self.parameters for key in (one.key, one.key.rpartition(".")[0])}
+        free = {key for p in self.parameters for key in (p.key, p.key.rpartition(".")[0])}
         spring_keys = ["oscillator.stiffness", "oscillator.natural_frequency"]
         if self.scenario.oscillator.natural_frequency is not None:
             spring_keys.append("oscillator.mass")
-        known = {}
+        stated = {}
         for name, value, keys in (
             ("m", m, ("oscillator.mass",)),
             ("k_x", k_x, spring_keys),
@@ -504,11 +508,11 @@ class FitModel:
             ("F_fk", self.case.law.F_fk, ("friction.kinetic", "friction.mu_kinetic")),
         ):
             if not free & {*keys}:
-                known[name] = value
-        if len(known) == 0 or not any(known.values()):
-            known["m"] = m  # only ratios follow from motion
-        starts = list(closed_form_starts(motion, known))
-        if is_decay(self.scenario) and (decay := decay_start(motion, known)):
+                stated[name] = value
+        if len(stated) == 0 or not any(stated.values()):
+            stated["m"] = m  # only ratios follow from motion
+        starts = list(closed_form_starts(motion, stated))
+        if is_decay(self.scenario) and (decay := decay_start(motion, stated)):
             starts.insert(0, decay)
         return starts
 
@@ -516,36 +520,36 @@ class FitModel:
         """Return starting values of spring, damper and friction, by linear least squares."""
         x_r, v_r, force = self.imposed_path, self.imposed, self.measurement.channels["F_f"]
         m, k_x, b = self.case.plant
-        known = {"m": m, "k_x": k_x, "b": b}
+        start = {"m": m, "k_x": k_x, "b": b}
         slides = np.abs(v_r) > SLOW * np.abs(v_r).max()
         if self.spring_in_force and slides.sum() > MIN_SAMPLES:
             terms = np.stack([x_r, v_r, np.sign(v_r)], axis=1)[slides]
             size = np.maximum(np.abs(terms).max(axis=0), 1e-300)
             values = np.linalg.lstsq(terms / size, force[slides], rcond=None)[0] / size
-            fitted = {one.key for one in self.parameters}
+            fitted = {p.key for p in self.parameters}
             if fitted & {"oscillator.stiffness", "oscillator.natural_frequency"}:
-                known["k_x"] = max(float(values[0]), 1e-3 * float(force.std() / x_r.std()))
+                start["k_x"] = max(float(values[0]), 1e-3 * float(force.std() / x_r.std()))
             if fitted & {"oscillator.damping", "oscillator.damping_ratio"}:
-                known["b"] = max(float(values[1]), 1e-3 * float(force.std() / v_r.std()))
-            force = force - known["k_x"] * x_r - known["b"] * v_r
+                start["b"] = max(float(values[1]), 1e-3 * float(force.std() / v_r.std()))
+            force = force - start["k_x"] * x_r - start["b"] * v_r
         level = float(np.median((force * np.sign(v_r))[slides])) if slides.any() else 0.0
-        known["F_fk"] = max(level, 1e-3 * float(np.abs(force).max()))
-        known = {name: value for name, value in known.items() if value > 0.0}
-        return [known | {"static_ratio": ratio} for ratio in (1.2, 2.0)]
+        start["F_fk"] = max(level, 1e-3 * float(np.abs(force).max()))
+        start = {name: value for name, value in start.items() if value > 0.0}
+        return [start | {"static_ratio": ratio} for ratio in (1.2, 2.0)]
 
     @cached_property
     def kinematics(self) -> Kinematics:
         """Base and mass motion on the grid of the measurement."""
         from scipy.signal import savgol_filter
 
-        found = self.measurement
+        measured = self.measurement
         u_dd = self.base()
-        x_dd, x_r, v_r = (found.channels.get(name) for name in ("x_dd", "x_r", "v_r"))
-        width = min(2 * max(3, round(0.01 / found.dt)) + 1, (len(u_dd) - 1) | 1)
+        x_dd, x_r, v_r = (measured.channels.get(name) for name in ("x_dd", "x_r", "v_r"))
+        width = min(2 * max(3, round(0.01 / measured.dt)) + 1, (len(u_dd) - 1) | 1)
 
         def derivative(values: Floats, order: int) -> Floats:
             degree = min(3, width - 1)
-            slope: Floats = savgol_filter(values, width, degree, deriv=order, delta=found.dt)
+            slope: Floats = savgol_filter(values, width, degree, deriv=order, delta=measured.dt)
             return slope
 
         if x_r is not None and v_r is None:
@@ -553,7 +557,7 @@ class FitModel:
         if x_dd is None:
             assert v_r is not None, "a channel is measured"
             x_dd = u_dd + (derivative(x_r, 2) if x_r is not None else derivative(v_r, 1))
-        return Kinematics(found.dt, u_dd, x_dd, x_r, v_r)
+        return Kinematics(measured.dt, u_dd, x_dd, x_r, v_r)
 
     def base(self) -> Floats:
         """Return the base acceleration at the measured instants [m/s²]."""
@@ -566,13 +570,18 @@ class FitModel:
             base += amplitude * np.sin(2.0 * np.pi * frequency * t + phase)
         return base
 
-    def _start_of(self, one: FreeParameter, known: dict[str, float], from_file: bool) -> float:
+    def _start_of(
+        self, p: FreeParameter, closed_form: dict[str, float], from_file: bool
+    ) -> float:
         """Return the start of a parameter from the file, or else from its closed form."""
-        if from_file and one.start is not None:
-            return one.start
-        m, normal = known.get("m", 1.0), getattr(self.scenario.friction, "normal", None) or 1.0
-        k_x, b, F_fk = (known.get(name, 1.0) for name in ("k_x", "b", "F_fk"))
-        ratio, key = known.get("static_ratio", 1.0), one.key
+        if from_file and p.start is not None:
+            return p.start
+        m, normal = (
+            closed_form.get("m", 1.0),
+            getattr(self.scenario.friction, "normal", None) or 1.0,
+        )
+        k_x, b, F_fk = (closed_form.get(name, 1.0) for name in ("k_x", "b", "F_fk"))
+        ratio, key = closed_form.get("static_ratio", 1.0), p.key
         if key.startswith("friction.kinetic"):
             return F_fk
         if key.startswith("friction.static."):
@@ -589,34 +598,34 @@ class FitModel:
             "friction.static": F_fk * ratio,
             "friction.mu_kinetic": F_fk / normal,
             "friction.mu_static": F_fk * ratio / normal,
-            "start.x_r": self._first_state(known).x_r,
-            "start.v_r": self._first_state(known).v_r,
+            "start.x_r": self._first_state(closed_form).x_r,
+            "start.v_r": self._first_state(closed_form).v_r,
             DELAY_KEY: 0.0,
         }
         if key in forms:
             return float(forms[key])
-        if one.start is not None:
-            return one.start
-        if np.isfinite(one.low) and np.isfinite(one.high):
-            both = one.low > 0.0
-            return float(np.sqrt(one.low * one.high) if both else 0.5 * (one.low + one.high))
+        if p.start is not None:
+            return p.start
+        if np.isfinite(p.low) and np.isfinite(p.high):
+            both = p.low > 0.0
+            return float(np.sqrt(p.low * p.high) if both else 0.5 * (p.low + p.high))
         sentence = (
             f"{key} needs a start, as no closed form gives one: a value in the file, `start`, "
             "or `from` and `to`"
         )
         raise self.scenario.error(sentence, ("fit", "free", key))
 
-    def _first_state(self, known: Mapping[str, float]) -> State:
+    def _first_state(self, closed_form: Mapping[str, float]) -> State:
         """Return the first relative motion: as measured, or what balances the first force."""
         if self.fit.measured.is_rig:
             return State(0.0, 0.0)
         motion = self.kinematics
-        x_r, v_r = (float(one[0]) for one in self.relative_motion)
+        x_r, v_r = (float(series[0]) for series in self.relative_motion)
         if is_decay(self.scenario) and motion.x_r is None and motion.v_r is None:
             v_r = 0.0  # released, not pushed
-        if motion.x_r is None and known.get("k_x"):
-            force = known["m"] * float(motion.x_dd[0]) + known["b"] * v_r
-            x_r = -(force + np.copysign(known["F_fk"], v_r or force)) / known["k_x"]
+        if motion.x_r is None and closed_form.get("k_x"):
+            force = closed_form["m"] * float(motion.x_dd[0]) + closed_form["b"] * v_r
+            x_r = -(force + np.copysign(closed_form["F_fk"], v_r or force)) / closed_form["k_x"]
         return State(x_r, v_r)
 
     @cached_property
@@ -697,33 +706,33 @@ def model_of_law(
     """Return the model under a friction law; default: that of the file."""
     under = scenario.with_law(law) if law else scenario
     free = fit_of(under).free
-    words = scenario.model_dump(by_alias=True, exclude_none=True)
-    known = numeric_keys(type(scenario), words)
+    document = scenario.model_dump(by_alias=True, exclude_none=True)
+    numeric = numeric_keys(type(scenario), document)
     missing, parameters = set(scenario.missing_values), []
-    for key, one in free.items():
+    for key, free_key in free.items():
         if key == OFFSET_KEY or (law and not law_uses_key(under, law, key)):
             continue
         if key == DELAY_KEY:
             step = measurement.dt
-            low = -50.0 * step if one.low is None else one.low
-            high = 50.0 * step if one.high is None else one.high
-            parameters.append(FreeParameter(key, "s", low, high, one.start))
+            low = -50.0 * step if free_key.low is None else free_key.low
+            high = 50.0 * step if free_key.high is None else free_key.high
+            parameters.append(FreeParameter(key, "s", low, high, free_key.start))
             continue
-        found = known[key]
-        assert found is not None, "free keys are numeric"
-        ends = found.quantity.ends if found.quantity else (-np.inf, np.inf)
-        low = ends[0] if one.low is None else max(one.low, ends[0])
+        number = numeric[key]
+        assert number is not None, "free keys are numeric"
+        ends = number.quantity.ends if number.quantity else (-np.inf, np.inf)
+        low = ends[0] if free_key.low is None else max(free_key.low, ends[0])
         if key == "friction.static_ratio":
             low = max(low, 1.0)
-        high = ends[1] if one.high is None else min(one.high, ends[1])
+        high = ends[1] if free_key.high is None else min(free_key.high, ends[1])
         above = STATIC_KEYS.get(key, "")
         if above and above not in free:  # at most the static limit of the file
             limit = getattr(under.friction, above.partition(".")[2], None)
             high = min(high, limit) if isinstance(limit, float) else high
-        start = one.start
+        start = free_key.start
         if start is None and key not in missing and not key.startswith("start."):
-            start = found.here(key)
-        parameters.append(FreeParameter(key, found.header, low, high, start))
+            start = number.here(key)
+        parameters.append(FreeParameter(key, number.header, low, high, start))
     if not parameters:
         sentence = f"none of its keys is one {f'of law {law}' if law else 'of the scenario'}"
         raise scenario.error(f"fit.free: {sentence}", "fit.free")
@@ -756,9 +765,9 @@ def imposed_motion(fit: Fit) -> Samples:
     from drysim.excitation.recorded import Record
 
     channel = imposed_record(fit)
-    words = channel.model_dump(by_alias=True, exclude_none=True)
-    words |= {"kind": "record", "scale": -channel.scale, "gravity": "keep"}
-    record = Record.model_validate(words, context={"folder": channel.path.parent})
+    document = channel.model_dump(by_alias=True, exclude_none=True)
+    document |= {"kind": "record", "scale": -channel.scale, "gravity": "keep"}
+    record = Record.model_validate(document, context={"folder": channel.path.parent})
     record = record.model_copy(update={"file": channel.path.name})
     return record.motion()
 
@@ -794,7 +803,7 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
         inputs.append(source)
         # The relative motion of a mass that sticks stands still.
         may_freeze = name != "x_dd"
-        warnings += [one for one in seen if not (may_freeze and one.slug == FROZEN)]
+        warnings += [warning for warning in seen if not (may_freeze and warning.slug == FROZEN)]
     assert series is not None, "a channel is measured"
     n = min(map(len, channels.values()))
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
@@ -833,19 +842,19 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
         last = min(n, floor(until / stride + GRID_TOLERANCE) + 1)
     first += skip * stride
     if last - skip < MIN_SAMPLES:
-        found = format_number(max(last - skip, 0))
+        count = format_number(max(last - skip, 0))
         sentence = (
-            f"only {found} of {n} samples lie within the base motion; the two records need the "
+            f"only {count} of {n} samples lie within the base motion; the two records need the "
             "same time axis"
         )
         raise record_error(display_path, sentence)
     if last - skip < 0.98 * n:
-        words = (
+        sentence = (
             f"{n - last + skip} of {n} measured samples lie outside the base motion and are "
             "not used"
         )
         numbers = {"used": last - skip, "samples": n}
-        warnings.append(WarningMessage("measurement-cut", words, numbers))
+        warnings.append(WarningMessage("measurement-cut", sentence, numbers))
     channels = {name: values[skip:last] for name, values in channels.items()}
     if not isinstance(motion, Samples) and memory_shortage(first + stride * (last - skip)):
         sentence = (
@@ -854,9 +863,9 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
         )
         raise record_error(display_path, sentence)
     t: Floats = np.asarray((first + stride * np.arange(last - skip)) * step, dtype=np.float64)
-    unique = tuple({one.file: one for one in inputs}.values())
-    known = tuple({one.sentence: one for one in warnings}.values())
-    return Measurement(channels, t, first, stride, unique, known)
+    unique = tuple({record.file: record for record in inputs}.values())
+    once = tuple({warning.sentence: warning for warning in warnings}.values())
+    return Measurement(channels, t, first, stride, unique, once)
 
 
 def keeps_mean(scenario: Scenario) -> bool:
@@ -868,9 +877,9 @@ def keeps_mean(scenario: Scenario) -> bool:
 def check_response_gravity(record: ChannelRecord, level: Level) -> None:
     """Raise RecordError if a measured acceleration at rest looks like gravity."""
     if is_gravity(level.rest) or is_gravity(level.rest / (record.scale or 1.0)):
-        found, trend = ("at rest", "rest") if level.is_at_rest else ("the mean of", "mean")
+        where, trend = ("at rest", "rest") if level.is_at_rest else ("the mean of", "mean")
         sentence = (
-            f"{found} x_dd is {level.rest:.4g} m/s², which looks like gravity: remove it with "
+            f"{where} x_dd is {level.rest:.4g} m/s², which looks like gravity: remove it with "
             f"{record.remove.yaml_with(trend=trend)} in {record.block}, or fit it with "
             f"`{OFFSET_KEY}: {{}}` in fit.free"
         )
@@ -891,8 +900,8 @@ def read_rig(fit: Fit, motion: Sines | Samples) -> Measurement:
         sentence = "a row of a rig needs all its samples: delete the rows with a missing one"
         raise record_error(str(fit.measured.path), sentence)
     if len(times[0]) < MIN_SAMPLES:
-        found = f"has {len(times[0])} samples, fewer than the {MIN_SAMPLES} that a fit needs"
-        raise record_error(str(fit.measured.path), found)
+        reason = f"has {len(times[0])} samples, fewer than the {MIN_SAMPLES} that a fit needs"
+        raise record_error(str(fit.measured.path), reason)
     inputs, warnings = getattr(motion, "inputs", ()), getattr(motion, "warnings", ())
     series = read_series(imposed_record(fit))[0]
     t = times[0] - series.first

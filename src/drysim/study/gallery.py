@@ -41,8 +41,8 @@ class GalleryScenario:
     @property
     def command(self) -> str:
         """Command that the scenario is made for: by its blocks, or as its comments say."""
-        words, text = read_document(self.file).value, self.file.read_text(encoding="utf-8")
-        blocks = (name for name in (FIT_KEY, DESIGN_KEY) if name in words)
+        document, text = read_document(self.file).value, self.file.read_text(encoding="utf-8")
+        blocks = (name for name in (FIT_KEY, DESIGN_KEY) if name in document)
         named = (name for name in NAMED_COMMANDS if f"`drysim {name}`" in text)
         return next(chain(blocks, named), "run")
 
@@ -66,15 +66,15 @@ def find(name: str) -> GalleryScenario:
     UsageError
         When there is no such scenario; the message contains the most similar name.
     """
-    found = (*folder().glob(f"*{SUFFIX}"), *(folder() / HARD_FOLDER).glob(f"*{SUFFIX}"))
-    files = {scenario_name(file): file for file in sorted(found)}
-    known = files.get(name.removesuffix(SUFFIX))
-    if known is None:
+    all_files = (*folder().glob(f"*{SUFFIX}"), *(folder() / HARD_FOLDER).glob(f"*{SUFFIX}"))
+    files = {scenario_name(file): file for file in sorted(all_files)}
+    file = files.get(name.removesuffix(SUFFIX))
+    if file is None:
         sentence = (
             f"the gallery has no scenario `{name}`{did_you_mean(closest_match(name, files))}"
         )
         raise UsageError(sentence, "`drysim init --list` shows all names")
-    return read_scenario(known)
+    return read_scenario(file)
 
 
 def copy(name: str, target: Path) -> list[Path]:

@@ -68,7 +68,7 @@ class Covered(NamedTuple):
     @property
     def jumps(self) -> tuple[Jump, ...]:
         """Where the answer jumps."""
-        narrow = sorted(one for one in self.steps if one[1] - one[0] <= MIN_WIDTH)
+        narrow = sorted(step for step in self.steps if step[1] - step[0] <= MIN_WIDTH)
         return tuple(
             Jump(0.5 * (low + high), self.rows[low], self.rows[high]) for low, high in narrow
         )
@@ -86,14 +86,14 @@ class Covered(NamedTuple):
         rows = [row for row in self.rows.values() if row.status == OK]
         first = next(iter(rows or self.rows.values()))
         pick = min if which == LEAST else max
-        known = {name: [row.metrics[name] for row in rows] for name in first.metrics}
+        columns = {name: [row.metrics[name] for row in rows] for name in first.metrics}
         metrics = {
             name: pick((value for value in values if value is not None), default=None)
-            for name, values in known.items()
+            for name, values in columns.items()
         }
-        own = {**point, EXTREME_KEY: which}
+        here = {**point, EXTREME_KEY: which}
         F_fs = pick(row.F_fs for row in rows or [first])
-        return replace(first, point=own, F_fs=F_fs, metrics=metrics)
+        return replace(first, point=here, F_fs=F_fs, metrics=metrics)
 
 
 def cover(
@@ -120,7 +120,7 @@ def cover(
     """
     interval = scenario.static_interval
     assert interval is not None, "only called with an interval"
-    found: list[dict[float, Row]] = [{} for _ in points]
+    solved: list[dict[float, Row]] = [{} for _ in points]
     left: list[list[tuple[float, float]]] = [[] for _ in points]
     first = decimal_linspace(interval.low, interval.high, FIRST_VALUES)
     pending = [(i, value) for i in range(len(points)) for value in first]
@@ -131,18 +131,18 @@ def cover(
         solve = partial(solve_range, motions=motions)
         batches = pool.map_in_order(solve, CaseRanges([swept]), (motions,))
         for i, row in zip(numbers, chain.from_iterable(batches), strict=True):
-            found[i][row.point[RATIO_KEY]] = row
+            solved[i][row.point[RATIO_KEY]] = row
         pending = []
         for i in dict.fromkeys(numbers):
-            left[i] = large_steps(found[i])
-            room = max(MAX_VALUES - len(found[i]), 0)
+            left[i] = large_steps(solved[i])
+            room = max(MAX_VALUES - len(solved[i]), 0)
             wide = [(low, high) for low, high in left[i] if high - low > MIN_WIDTH]
-            wide = (wide or list(dict.fromkeys(extreme_steps(found[i], names))))[:room]
+            wide = (wide or list(dict.fromkeys(extreme_steps(solved[i], names))))[:room]
             middles = sorted(0.5 * (low + high) for low, high in wide)
             pending += [(i, value) for value in middles]
     return [
         Covered({value: rows[value] for value in sorted(rows)}, steps)
-        for rows, steps in zip(found, left, strict=True)
+        for rows, steps in zip(solved, left, strict=True)
     ]
 
 
@@ -151,13 +151,13 @@ def at_points(
 ) -> Scenario:
     """Return the scenario with a sweep over points with values of the ratio."""
     ends = format_range(values[0], values[-1], digits=7)
-    words = f"anywhere from {ends} ({len(values)} values solved)"
+    description = f"anywhere from {ends} ({len(values)} values solved)"
     axes = [
         Axis(axis.key, axis.unit, tuple(point[axis.key] for point in points), group="zip")
         for axis in scenario.sweep
     ]
     group = "zip" if axes else ""
-    ratio = Axis(RATIO_KEY, "-", tuple(values), group=group, description=words)
+    ratio = Axis(RATIO_KEY, "-", tuple(values), group=group, description=description)
     return scenario.copy_with({"sweep": (*axes, ratio)})
 
 
@@ -169,11 +169,11 @@ def large_steps(rows: Mapping[float, Row]) -> list[tuple[float, float]]:
     } | {"stuck_share": 1.0}
 
     def difference(low: float, high: float) -> float:
-        one, other = rows[low], rows[high]
-        if one.status != OK or other.status != OK:
-            return inf if one.status != other.status else 0.0
+        before, after = rows[low], rows[high]
+        if before.status != OK or after.status != OK:
+            return inf if before.status != after.status else 0.0
         return max(
-            abs((one.metrics[name] or 0.0) - (other.metrics[name] or 0.0)) / (scale or 1.0)
+            abs((before.metrics[name] or 0.0) - (after.metrics[name] or 0.0)) / (scale or 1.0)
             for name, scale in scales.items()
         )
 
@@ -188,20 +188,20 @@ def extreme_steps(
     """Yield the intervals beside an extreme that a metric may exceed between solved values."""
     values = [value for value in sorted(rows) if rows[value].status == OK]
     for name in names:
-        found = [rows[value].metrics.get(name) for value in values]
-        column = np.array(found, dtype=float)
+        column_of_rows = [rows[value].metrics.get(name) for value in values]
+        column = np.array(column_of_rows, dtype=float)
         if len(column) < 3 or not np.isfinite(column).all():
             continue
-        for at in {int(column.argmin()), int(column.argmax())} - {0, len(values) - 1}:
-            near = slice(at - 1, at + 2)
+        for i in {int(column.argmin()), int(column.argmax())} - {0, len(values) - 1}:
+            near = slice(i - 1, i + 2)
             x = np.array(values[near])
             excess = parabola_excess(x, column[near])
             # Beside a jump the extreme is at the jump.
             if np.diff(x).min() > MIN_WIDTH and excess > MAX_EXCESS * float(
                 np.abs(column).max()
             ):
-                yield values[at - 1], values[at]
-                yield values[at], values[at + 1]
+                yield values[i - 1], values[i]
+                yield values[i], values[i + 1]
 
 
 def parabola_excess(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
@@ -225,7 +225,9 @@ def undecided_warnings(
             (value, judged_value(check, row) if row.status == OK else None)
             for value, row in sorted(rows.items())
         )
-        failed = [value for value, found in values if found is None or not check.holds(found)]
+        failed = [
+            value for value, metric in values if metric is None or not check.holds(metric)
+        ]
         low, high = (format_number(value, digits=7) for value in (failed[0], failed[-1]))
         sentence = (
             f"`{check}` is undecided: it holds for some values of {RATIO_KEY} and fails for "
@@ -237,9 +239,9 @@ def undecided_warnings(
 
 def cover_warnings(covered: Sequence[Covered]) -> Iterator[WarningMessage]:
     """Warn of answers that change at too many values, and of values without an answer."""
-    unresolved = [one for one in covered if not one.is_resolved]
+    unresolved = [case for case in covered if not case.is_resolved]
     if unresolved:
-        count = max(len(one.rows) for one in unresolved)
+        count = max(len(case.rows) for case in unresolved)
         cases = f" in {len(unresolved)} of {len(covered)} cases" * (len(covered) > 1)
         sentence = (
             f"the answer changes so often with {RATIO_KEY} that {count} solutions do not "
@@ -251,7 +253,7 @@ def cover_warnings(covered: Sequence[Covered]) -> Iterator[WarningMessage]:
 def unknown_warnings(covered: Sequence[Covered]) -> Iterator[WarningMessage]:
     """Warn of cases whose extremes leave out values of the ratio without an answer."""
     partly = [
-        one for one in covered if len({row.status == OK for row in one.rows.values()}) > 1
+        case for case in covered if len({row.status == OK for row in case.rows.values()}) > 1
     ]
     if partly:
         sentence = (

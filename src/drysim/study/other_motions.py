@@ -63,8 +63,8 @@ def can_have_other_motions(scenes: Floats) -> NDArray[np.bool_]:
     norm, because the friction force is a monotone function of the velocity. All motions then
     approach the same one.
     """
-    found: NDArray[np.bool_] = scenes[:, F_FS] > scenes[:, F_FK]
-    return found
+    possible: NDArray[np.bool_] = scenes[:, F_FS] > scenes[:, F_FK]
+    return possible
 
 
 SAME_MOTION = 1e-3
@@ -72,12 +72,14 @@ SAME_MOTION = 1e-3
 the same; mirror images agree in both, and one that settles slowly is close to its end."""
 
 
-def are_different(one: Floats, other: Floats) -> NDArray[np.bool_]:
+def are_different(first: Floats, other: Floats) -> NDArray[np.bool_]:
     """Whether the orbits of two arrays of answers are different motions, and both settled."""
-    settled = (one[:, orbit.STATUS] == Status.OK) & (other[:, orbit.STATUS] == Status.OK)
+    settled = (first[:, orbit.STATUS] == Status.OK) & (other[:, orbit.STATUS] == Status.OK)
     columns = [orbit.V2, orbit.SLIDING_DISTANCE]
     with np.errstate(invalid="ignore"):
-        a, b = (answers[:, columns] / answers[:, [orbit.MULTIPLE]] for answers in (one, other))
+        a, b = (
+            answers[:, columns] / answers[:, [orbit.MULTIPLE]] for answers in (first, other)
+        )
         apart = np.abs(a - b) > SAME_MOTION * np.maximum(np.abs(a), np.abs(b))
     different: NDArray[np.bool_] = settled & apart.any(axis=1)
     return different
@@ -106,15 +108,15 @@ def find_other_motions(
     starts = orbit_starts(row)[:, 0]
     rows = np.tile(row, (len(starts) + 1, 1))
     rows[1:, [X_R, V_R]] = starts
-    known, *answers = solve_orbits(rows)[:, None]
-    found: list[OtherMotion] = []
+    distinct, *answers = solve_orbits(rows)[:, None]
+    motions: list[OtherMotion] = []
     for answer in answers:
-        if not are_different(known, np.tile(answer, (len(known), 1))).all():
+        if not are_different(distinct, np.tile(answer, (len(distinct), 1))).all():
             continue
-        known = np.concatenate([known, answer])
+        distinct = np.concatenate([distinct, answer])
         # A mass that sticks for ever does so at many positions.
         is_stuck = answer[0, orbit.SLIDING_DISTANCE] == 0.0
         T_a = 1.0 if is_stuck else math.sqrt(answer[0, orbit.X_DD2] / answer[0, orbit.U_DD2])
         peak = max(answer[0, orbit.HIGHEST], -answer[0, orbit.LOWEST])
-        found.append(OtherMotion(T_a, 0.0 if is_stuck else float(peak)))
-    return found, len(starts)
+        motions.append(OtherMotion(T_a, 0.0 if is_stuck else float(peak)))
+    return motions, len(starts)

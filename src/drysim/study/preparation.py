@@ -96,21 +96,23 @@ def prepare(
     motion = base_motion(scenario)
     law = scenario.law()
     force = law.force_record.warnings if law.force_record else ()
-    found = [(getattr(motion, "warnings", ()), getattr(motion, "inputs", ()))]
+    sources = [(getattr(motion, "warnings", ()), getattr(motion, "inputs", ()))]
     records: tuple[RecordSummary, ...] = ()
     if swept and (files := swept_files(scenario)):
         read = [read_swept(scenario, files, i) for i in range(len(files))]
-        found, records = [one[:2] for one in read], tuple(one[2] for one in read)
-    known = (
+        sources, records = [one[:2] for one in read], tuple(one[2] for one in read)
+    warnings = (
         *scenario_warnings(scenario, motion, compared),
-        *(warning for warnings, _ in found for warning in warnings),
+        *(warning for warnings, _ in sources for warning in warnings),
         *force,
         *ending_warnings(scenario, motion, swept),
     )
-    case = assemble(scenario, motion, tuple({one.sentence: one for one in known}.values()))
+    case = assemble(
+        scenario, motion, tuple({warning.sentence: warning for warning in warnings}.values())
+    )
     case = replace(
         case,
-        inputs=tuple(record for _, inputs in found for record in inputs),
+        inputs=tuple(record for _, inputs in sources for record in inputs),
         records=records,
     )
     check_spectra(case)
@@ -123,13 +125,13 @@ def ending_warnings(
     """Warn if the window ends before the response, in the case with the longest period."""
     if not isinstance(scenario.excitation, Record):
         return
-    found: list[WarningMessage] = []
-    for one in extreme_cases(scenario) if swept else (scenario,):
+    cuts: list[WarningMessage] = []
+    for case in extreme_cases(scenario) if swept else (scenario,):
         with suppress(ScenarioError):  # of a window that the case itself will report
-            end = window(one, motion)[1]
-            found += cut_warnings(one, one.oscillator.plant(), one.law(), motion, end)
-    if found:
-        yield max(found, key=lambda warning: warning.numbers["period"])
+            end = window(case, motion)[1]
+            cuts += cut_warnings(case, case.oscillator.plant(), case.law(), motion, end)
+    if cuts:
+        yield max(cuts, key=lambda warning: warning.numbers["period"])
 
 
 def without_fit_checks(scenario: Scenario) -> Scenario:
@@ -173,13 +175,13 @@ def read_swept(
     """
     file = files[i]
     point: dict[str, Any] = {FILE_KEY: file}
-    one = scenario.at(point)
+    single = scenario.at(point)
     try:
-        motion = base_motion(one)
+        motion = base_motion(single)
     except RecordError as fault:
-        assert isinstance(one.excitation, Record), "only records have files"
-        problem, header = fault.problem, 1 + (one.excitation.skip or 0)
-        if not one.excitation.path.exists():
+        assert isinstance(single.excitation, Record), "only records have files"
+        problem, header = fault.problem, 1 + (single.excitation.skip or 0)
+        if not single.excitation.path.exists():
             keys = (*files_location(scenario), i)
             sentence = f"{'.'.join(map(str, keys))}: {problem}"
             raise scenario.error(sentence, keys) from None
@@ -191,15 +193,15 @@ def read_swept(
             f"units, or leave it out of {'.'.join(map(str, files_location(scenario)))}"
         )
         raise RecordError(replace(problem, sentence=sentence), fault.hint) from None
-    assert isinstance(one.excitation, Record), "only records have files"
+    assert isinstance(single.excitation, Record), "only records have files"
     assert isinstance(motion, Samples), "a record is sampled"
     try:
-        assemble(one, motion)
+        assemble(single, motion)
     except ScenarioError as fault:
         problems = (replace(p, sentence=f"{file}: {p.sentence}") for p in fault.problems)
         raise ScenarioError(fault.message, tuple(problems)) from None
-    warnings = (*motion.warnings, *ending_warnings(one, motion, swept=True))
-    return warnings, motion.inputs, one.excitation.summarise(motion)
+    warnings = (*motion.warnings, *ending_warnings(single, motion, swept=True))
+    return warnings, motion.inputs, single.excitation.summarise(motion)
 
 
 def assemble(

@@ -210,7 +210,7 @@ def require_rates(scenario: Scenario) -> None:
 
 def read_axis(scenario: Scenario, axis: Axis) -> KeyRange:
     """Return an axis of the map; raise ScenarioError for one that is not a range of floats."""
-    at = axis.location or (SWEEP_KEY, axis.key)
+    location = axis.location or (SWEEP_KEY, axis.key)
     if axis.key.partition(".")[0] not in EQUATION_BLOCKS or isinstance(
         axis.values[0], int | str
     ):
@@ -218,14 +218,14 @@ def read_axis(scenario: Scenario, axis: Axis) -> KeyRange:
             f"{axis.key} cannot be an axis of a map; take a number of oscillator, friction or "
             "excitation"
         )
-        raise scenario.error(sentence, at)
+        raise scenario.error(sentence, location)
     if not isinstance(axis.entry, Mapping):
         low, high = min(axis.values), max(axis.values)
         sentence = (
             f"{axis.key} has a list of values; a map needs a range, such as "
             f"{{from: {low:g}, to: {high:g}, count: {USUAL_NODES}}}"
         )
-        raise scenario.error(sentence, at)
+        raise scenario.error(sentence, location)
     return axis.range
 
 
@@ -312,8 +312,10 @@ class Place(NamedTuple):
     @property
     def nearest(self) -> Change | None:
         """The change of regime at the smallest share of an axis, or any change without one."""
-        of_regime = [one for one in self.changes if one.field == REGIME]
-        return min(of_regime or self.changes, key=lambda one: abs(one.share), default=None)
+        of_regime = [change for change in self.changes if change.field == REGIME]
+        return min(
+            of_regime or self.changes, key=lambda change: abs(change.share), default=None
+        )
 
 
 class Patch(NamedTuple):
@@ -389,10 +391,10 @@ class RegimeMap(Result):
     @cached_property
     def shares(self) -> dict[int, float]:
         """Share of the nodes in each regime, the largest first."""
-        found, counts = np.unique(self.labels[REGIME], return_counts=True)
+        labels, counts = np.unique(self.labels[REGIME], return_counts=True)
         order = np.argsort(-counts, kind="stable")
         total = self.labels[REGIME].size
-        return {int(found[i]): float(counts[i]) / total for i in order}
+        return {int(labels[i]): float(counts[i]) / total for i in order}
 
     @property
     def regimes(self) -> dict[str, float]:
@@ -419,9 +421,9 @@ class RegimeMap(Result):
 
     def __repr__(self) -> str:
         """Return the regimes in one line."""
-        words = ", ".join(self.regimes)
+        names = ", ".join(self.regimes)
         lines = f"{len(self.boundaries)} lines"
-        return format_repr("RegimeMap", self.scenario.name, lines, words)
+        return format_repr("RegimeMap", self.scenario.name, lines, names)
 
 
 def describe_fixed(case: Case, keys: Sequence[str]) -> Iterator[tuple[str, str]]:
@@ -441,8 +443,8 @@ def describe_regime(label: int) -> str:
         return "repeats after several periods"
     if label >= FIRST:
         return describe_label(label)
-    words = describe_stops(label % UNSYMMETRIC)
-    return f"unsymmetric, {words}" if label >= UNSYMMETRIC else words
+    stops = describe_stops(label % UNSYMMETRIC)
+    return f"unsymmetric, {stops}" if label >= UNSYMMETRIC else stops
 
 
 def describe_stops(count: int) -> str:
@@ -468,8 +470,8 @@ def describe_change(field: str, label: int) -> str:
         return "it repeats only after several periods"
     count = label % UNSYMMETRIC
     times = {0: "slides without stops", 1: "stops once a period", 2: "stops twice a period"}
-    words = times.get(count, f"stops {count} times a period")
-    return f"it {words}{', unsymmetrically' * (label >= UNSYMMETRIC)}"
+    stops = times.get(count, f"stops {count} times a period")
+    return f"it {stops}{', unsymmetrically' * (label >= UNSYMMETRIC)}"
 
 
 # The map.
@@ -525,7 +527,9 @@ def solve(
             joined = join_crossings(grid, points, net.labels[field], net.crossings(field))
             boundaries += trace(axes, field, joined)
             if field == REGIME:
-                patches = [Patch(label, to_values(axes, at)) for label, at in joined.patches]
+                patches = [
+                    Patch(label, to_values(axes, points)) for label, points in joined.patches
+                ]
         shape = grid.rows, grid.columns
         labels = {field: net.labels[field].reshape(shape) for field in plane.fields}
         place = find_place(plane, grid)
@@ -585,10 +589,10 @@ class OrbitPlane:
             answers.append(answer)
             self.advance(len(answer) if counted else 0)
         self.cases += len(scenes)
-        found = np.full((len(small), ANSWER_COLUMNS), np.nan)
-        found[~small] = np.concatenate(answers)
-        found[small, STATUS], found[small, RUN_UP_PEAK] = Status.OK, 0.0
-        return found
+        solved = np.full((len(small), ANSWER_COLUMNS), np.nan)
+        solved[~small] = np.concatenate(answers)
+        solved[small, STATUS], solved[small, RUN_UP_PEAK] = Status.OK, 0.0
+        return solved
 
     def is_too_small(self, scenes: Floats) -> NDArray[np.bool_]:
         """Return where the motion from rest is known to be too small to have a regime."""
@@ -599,34 +603,34 @@ class OrbitPlane:
         excess, drop = peak - scenes[:, F_FS], scenes[:, F_FS] - scenes[:, F_FK]
         at_rest = (scenes[:, X_R] == 0.0) & (scenes[:, V_R] == 0.0)
         small = (excess > 0.0) & (np.maximum(excess, drop) < SMALLEST_EXCESS * peak)
-        found: NDArray[np.bool_] = small & at_rest & self.is_symmetric
-        return found
+        result: NDArray[np.bool_] = small & at_rest & self.is_symmetric
+        return result
 
     def labels(self, scenes: Floats, answers: Floats, field: str) -> Integers:
         """Return the labels of solved scenes in a field other than `SEVERAL`."""
         from drysim.core import orbit as o
 
-        found = answers.T
-        lost, still = found[o.STATUS] != Status.OK, found[o.SLIDING_DISTANCE] == 0.0
+        columns = answers.T
+        lost, still = columns[o.STATUS] != Status.OK, columns[o.SLIDING_DISTANCE] == 0.0
         size = SMALLEST_MOTION * scenes[:, o.SINES :: 3].sum(axis=1) * scenes[:, o.PERIOD] ** 2
-        small = ~still & (found[o.RUN_UP_PEAK] < size)
+        small = ~still & (columns[o.RUN_UP_PEAK] < size)
         with np.errstate(invalid="ignore"):
             if field == ISOLATION:
-                change = found[o.X_DD2] / found[o.U_DD2] - 1.0
+                change = columns[o.X_DD2] / columns[o.U_DD2] - 1.0
                 label = np.where(still, LOCKED, change < 0.0)
                 small |= ~still & (abs(change) < SMALLEST_CHANGE)
             elif field == STROKE:
                 up, down = scenes[:, o.UP], scenes[:, o.DOWN]
-                label = (found[o.HIGHEST] >= up) | (found[o.LOWEST] <= -down)
+                label = (columns[o.HIGHEST] >= up) | (columns[o.LOWEST] <= -down)
                 small[:] = False
             else:
-                stops = found[o.STOPS]
-                uneven = (found[o.ASYMMETRY] > ASYMMETRY_TOLERANCE) & self.is_symmetric
+                stops = columns[o.STOPS]
+                uneven = (columns[o.ASYMMETRY] > ASYMMETRY_TOLERANCE) & self.is_symmetric
                 # A symmetric orbit has as many stops in each half; in a stop of no length,
                 # rounding decides between them.
                 stops = stops + (stops % 2.0) * (self.is_symmetric & ~uneven)
                 label = np.where(uneven, UNSYMMETRIC, 0) + stops
-                label = np.where(found[o.MULTIPLE] > 1.0, PERIODS, label)
+                label = np.where(columns[o.MULTIPLE] > 1.0, PERIODS, label)
                 label = np.where(still, LOCKED, label)
         label = np.where(lost, UNSETTLED, np.nan_to_num(label))
         return np.where(small, UNRESOLVED, label).astype(np.int64)
@@ -685,17 +689,17 @@ class OrbitNet:
         Such a node lies in a narrow strip, where the motion is small or settles slowly.
         """
         labels = np.where(labels == UNRESOLVED, UNSETTLED, labels)
-        known = labels != UNSETTLED
-        if known.all():
+        settles = labels != UNSETTLED
+        if settles.all():
             return labels
         degree, settled = np.zeros(len(labels)), np.zeros(len(labels))
         result = labels.copy()
         for a, b in (self.edges.T, self.edges.T[::-1]):
             np.add.at(degree, a, 1.0)
-            np.add.at(settled, a, known[b])
-        lone = ~known & (2.0 * settled >= degree)
+            np.add.at(settled, a, settles[b])
+        lone = ~settles & (2.0 * settled >= degree)
         for a, b in (self.edges.T, self.edges.T[::-1]):
-            takes = lone[a] & known[b]
+            takes = lone[a] & settles[b]
             result[a[takes]] = labels[b[takes]]
         return result
 
@@ -729,10 +733,10 @@ class OrbitNet:
 
         left = ~self.several[nodes] & np.isfinite(start).all(axis=1)
         nodes = nodes[left]
-        found = self.plane.solve(with_start(scenes[nodes], start[left]))
-        other = are_different(answers[nodes], found)
+        reached = self.plane.solve(with_start(scenes[nodes], start[left]))
+        other = are_different(answers[nodes], reached)
         self.several[nodes[other]] = True
-        self.states[nodes[other], 2:] = state_of(found)[other]
+        self.states[nodes[other], 2:] = state_of(reached)[other]
 
     def crossings(self, field: str) -> Crossings:
         """Return the boundaries of a field on all edges whose ends differ."""
@@ -742,17 +746,19 @@ class OrbitNet:
         begin, end = labels[self.edges[:, 0]], labels[self.edges[:, 1]]
         pending = np.flatnonzero(begin != end)
         share, before, last = np.zeros(len(pending)), begin[pending], end[pending]
-        found: dict[int, list[Crossing]] = defaultdict(list)
+        by_edge: dict[int, list[Crossing]] = defaultdict(list)
         for _ in range(MAX_REGIONS_PER_EDGE):
             low, high, after = self.bisect(field, pending, share, before, last)
             columns = (pending, 0.5 * (low + high), before, after)
-            for edge, at, label, following in zip(*(x.tolist() for x in columns), strict=True):
-                found[edge].append(Crossing(at, label, following, 0.0))
+            for edge, place, label, following in zip(
+                *(x.tolist() for x in columns), strict=True
+            ):
+                by_edge[edge].append(Crossing(place, label, following, 0.0))
             left = after != last
             if not left.any():
                 break
             pending, share, before, last = pending[left], high[left], after[left], last[left]
-        return {edge: merge_unsettled(several) for edge, several in found.items()}
+        return {edge: merge_unsettled(several) for edge, several in by_edge.items()}
 
     def bisect(
         self, field: str, edges: Integers, share: Floats, before: Integers, last: Integers
@@ -792,42 +798,43 @@ class OrbitNet:
         low, high = np.zeros(len(edges)), np.ones(len(edges))
         for _ in range(HALVINGS_TO_FOLD):
             middle = 0.5 * (low + high)
-            at = np.where(turned, 1.0 - middle, middle)
-            scenes = self.plane.scenes(on_edges(self, edges, at))
-            own = self.plane.solve(scenes)
+            place = np.where(turned, 1.0 - middle, middle)
+            scenes = self.plane.scenes(on_edges(self, edges, place))
+            first_answers = self.plane.solve(scenes)
             exists = np.zeros(len(edges), dtype=bool)
             for start in (states[:, 2:].copy(), states[:, :2].copy()):
                 left = np.flatnonzero(~exists)
-                found = self.plane.solve(with_start(scenes[left], start[left]))
-                other = are_different(own[left], found)
-                states[left[other], :2] = state_of(own)[left[other]]
-                states[left[other], 2:] = state_of(found)[other]
+                reached = self.plane.solve(with_start(scenes[left], start[left]))
+                other = are_different(first_answers[left], reached)
+                states[left[other], :2] = state_of(first_answers)[left[other]]
+                states[left[other], 2:] = state_of(reached)[other]
                 exists[left[other]] = True
             low, high = np.where(exists, middle, low), np.where(exists, high, middle)
         middle = 0.5 * (low + high)
         share = np.where(turned, 1.0 - middle, middle)
         columns = edges.tolist(), share.tolist(), turned.tolist(), (high - low).tolist()
         return {
-            edge: [Crossing(at, 1 - back, int(back), width)]
-            for edge, at, back, width in zip(*columns, strict=True)
+            edge: [Crossing(place, 1 - back, int(back), width)]
+            for edge, place, back, width in zip(*columns, strict=True)
         }
 
 
 def merge_unsettled(several: Sequence[Crossing]) -> list[Crossing]:
     """Replace an unsettled strip within an edge by one boundary in its middle."""
     merged: list[Crossing] = []
-    for one in several:
-        if merged and merged[-1].after == UNSETTLED and one.before == UNSETTLED:
+    for crossing in several:
+        if merged and merged[-1].after == UNSETTLED and crossing.before == UNSETTLED:
             first = merged.pop()
-            if first.before != one.after:
-                middle, width = 0.5 * (first.share + one.share), one.share - first.share
+            if first.before != crossing.after:
+                middle = 0.5 * (first.share + crossing.share)
+                width = crossing.share - first.share
                 if first.before == LOCKED:  # what moves is not, however slowly it settles
                     middle, width = first.share, 0.0
-                elif one.after == LOCKED:
-                    middle, width = one.share, 0.0
-                merged.append(Crossing(middle, first.before, one.after, width))
+                elif crossing.after == LOCKED:
+                    middle, width = crossing.share, 0.0
+                merged.append(Crossing(middle, first.before, crossing.after, width))
         else:
-            merged.append(one)
+            merged.append(crossing)
     return merged
 
 
@@ -852,41 +859,43 @@ def find_place(plane: OrbitPlane | RatePlane, grid: Grid) -> Place:
     values = plane.scenario.values_of([axis.key for axis in axes])
     if len(values) < len(axes):
         return Place({}, {}, (), False)
-    own = np.array([axis.share(values[axis.key]) for axis in axes])
-    is_inside = bool(((own >= 0.0) & (own <= 1.0)).all())
+    here = np.array([axis.share(values[axis.key]) for axis in axes])
+    is_inside = bool(((here >= 0.0) & (here <= 1.0)).all())
     if not is_inside:
-        net = plane.net(own[None, :], np.empty((0, 2), dtype=np.int64))
-        labels = {name: int(found[0]) for name, found in net.labels.items()}
+        net = plane.net(here[None, :], np.empty((0, 2), dtype=np.int64))
+        labels = {name: int(column[0]) for name, column in net.labels.items()}
         return Place(values, labels, (), False, rates_of(net, 0))
     changes: list[Change] = []
     for i, (axis, nodes) in enumerate(zip(axes, grid.shares, strict=True)):
-        shares = np.union1d(nodes, own[i])
-        points = np.tile(own, (len(shares), 1))
+        shares = np.union1d(nodes, here[i])
+        points = np.tile(here, (len(shares), 1))
         points[:, i] = shares
         edges = np.arange(len(shares) - 1)[:, None] + np.array([0, 1])
         net = plane.net(points, edges)
-        at = int(np.searchsorted(shares, own[i]))
-        labels = {name: int(found[at]) for name, found in net.labels.items()}
-        found = sorted(
-            (on_edges(net, np.array([edge]), np.array([one.share]))[0, i], field, one)
+        node = int(np.searchsorted(shares, here[i]))
+        labels = {name: int(column[node]) for name, column in net.labels.items()}
+        met = sorted(
+            (on_edges(net, np.array([edge]), np.array([crossing.share]))[0, i], field, crossing)
             for field in plane.fields
             if field != RICE
             for edge, several in net.crossings(field).items()
-            for one in several
-            if field == REGIME or min(one.before, one.after) >= 0
+            for crossing in several
+            if field == REGIME or min(crossing.before, crossing.after) >= 0
         )
-        below = [one for one in reversed(found) if one[0] < own[i]]
-        above = [one for one in found if one[0] >= own[i]]
+        below = [entry for entry in reversed(met) if entry[0] < here[i]]
+        above = [entry for entry in met if entry[0] >= here[i]]
         for side, is_above in ((below, False), (above, True)):
-            of_regime = [one for one in side if one[1] == REGIME]
-            for share, name, one in dict.fromkeys([*side[:1], *of_regime[:1]]):
-                sentence = describe_change(name, one.after if is_above else one.before)
+            of_regime = [entry for entry in side if entry[1] == REGIME]
+            for share, name, crossing in dict.fromkeys([*side[:1], *of_regime[:1]]):
+                sentence = describe_change(
+                    name, crossing.after if is_above else crossing.before
+                )
                 if isinstance(net, RateNet):
-                    sentence = describe_level((one.before, one.after))
+                    sentence = describe_level((crossing.before, crossing.after))
                 distance = float(axis.value(share)) - values[axis.key]
-                change = (distance, float(share - own[i]), name, sentence)
+                change = (distance, float(share - here[i]), name, sentence)
                 changes.append(Change(axis.key, axis.unit, *change))
-    return Place(values, labels, tuple(changes), True, rates_of(net, at))
+    return Place(values, labels, tuple(changes), True, rates_of(net, node))
 
 
 def rates_of(net: OrbitNet | RateNet, node: int) -> Rates | None:

@@ -157,8 +157,8 @@ def other_motion_warnings(case: Case) -> Iterator[WarningMessage]:
     if not others:
         return
     listed = "; ".join(
-        f"T_a {format_number(one.T_a, digits=4)}, stroke {format_length(one.x_r_peak)}"
-        for one in others
+        f"T_a {format_number(motion.T_a, digits=4)}, stroke {format_length(motion.x_r_peak)}"
+        for motion in others
     )
     exist = "another stable motion exists" if len(others) == 1 else "other stable motions exist"
     sentence = (
@@ -221,8 +221,8 @@ def solve_row_from(
     `start` None stands for the start state of the scenario.
     """
     scenario = swept.at(point)
-    law, (found, last) = scenario.law(), try_measure(scenario, motions.of, start)
-    return Row(point, scenario.label, law.F_fk, law.F_fs, *found), last
+    law, (result, last) = scenario.law(), try_measure(scenario, motions.of, start)
+    return Row(point, scenario.label, law.F_fk, law.F_fs, *result), last
 
 
 def try_measure(
@@ -245,8 +245,8 @@ def measure_case(case: Case) -> CaseResult:
 def observe_motion(case: Case, start: AnyState) -> tuple[Measured, AnyState]:
     """Return what the metrics of a motion that is no orbit follow from, and its last state."""
     trajectory, weighted = solve_and_weight(case, start, case.step, case.window, case.end)
-    found = observe_window(case, trajectory, case.window, None, weighted)
-    return found, trajectory.state(case.window[1])
+    observed = observe_window(case, trajectory, case.window, None, weighted)
+    return observed, trajectory.state(case.window[1])
 
 
 def measure_motion(case: Case, start: AnyState) -> SolvedCase:
@@ -265,8 +265,8 @@ def measure_motion(case: Case, start: AnyState) -> SolvedCase:
             return (unknown, NOT_UNIQUE, Status.NOT_UNIQUE.sentence()), start
     window = (0.0, orbit.periods * case.period)
     trajectory, weighted = solve_and_weight(case, orbit.state, step, window, window[1])
-    found = evaluate(observe_window(case, trajectory, window, orbit.closure, weighted))
-    return (found, OK, ""), orbit.state
+    metrics = evaluate(observe_window(case, trajectory, window, orbit.closure, weighted))
+    return (metrics, OK, ""), orbit.state
 
 
 def observe_window(
@@ -422,25 +422,25 @@ def response_spectra(
         return None, ()
     from drysim.metrics.spectra import spectra, third_octaves
 
-    found = spectra(response, window, segment_length(case))
+    estimate = spectra(response, window, segment_length(case))
     if case.scenario.measure.bands:
         bands = third_octaves(response, window, case.scenario.measure.weights)
-        found = found._replace(bands=bands)
-    return found, tuple(spectra_warnings(case, found))
+        estimate = estimate._replace(bands=bands)
+    return estimate, tuple(spectra_warnings(case, estimate))
 
 
-def spectra_warnings(case: Case, found: Spectra) -> Iterator[WarningMessage]:
+def spectra_warnings(case: Case, estimate: Spectra) -> Iterator[WarningMessage]:
     """Warn when the segments are too few, or too short for the resonance."""
     from drysim.metrics.spectra import HANN_BANDWIDTH
 
-    if found.segments < MIN_SEGMENTS:
+    if estimate.segments < MIN_SEGMENTS:
         sentence = (
-            f"the spectra are averages over {found.segments} segments, fewer than "
+            f"the spectra are averages over {estimate.segments} segments, fewer than "
             f"{MIN_SEGMENTS}: their variance is large and the coherence too high; use a longer "
             "window or a shorter measure.segment"
         )
-        yield WarningMessage("few-segments", sentence, {"segments": found.segments})
-    width, lines = resonance_width(case), HANN_BANDWIDTH / found.segment
+        yield WarningMessage("few-segments", sentence, {"segments": estimate.segments})
+    width, lines = resonance_width(case), HANN_BANDWIDTH / estimate.segment
     if 0 < width < lines:
         segment = BANDWIDTHS_PER_RESONANCE * HANN_BANDWIDTH / width
         sentence = (

@@ -98,8 +98,8 @@ class Evaluations(NamedTuple):
     @property
     def known(self) -> NDArray[np.bool_]:
         """Which evaluations have numbers."""
-        found = np.isfinite(self.objectives).all(axis=1)
-        return np.asarray(found & np.isfinite(self.constraints).all(axis=1))
+        finite = np.isfinite(self.objectives).all(axis=1)
+        return np.asarray(finite & np.isfinite(self.constraints).all(axis=1))
 
     @property
     def excess(self) -> Floats:
@@ -150,15 +150,15 @@ class Surrogate:
     """Least possible value of each objective; none without."""
 
     @classmethod
-    def of(cls, found: Evaluations, least: Sequence[float] = ()) -> Surrogate | None:
+    def of(cls, evaluated: Evaluations, least: Sequence[float] = ()) -> Surrogate | None:
         """Return the interpolants of evaluations; None if there are too few."""
-        points, first = np.unique(found.points[found.known], axis=0, return_index=True)
+        points, first = np.unique(evaluated.points[evaluated.known], axis=0, return_index=True)
         count, dimensions = points.shape
         if count < dimensions + 2:
             return None
         if np.linalg.matrix_rank(points - points[0]) < dimensions:
             return None  # the points are on a line or in a plane
-        values = np.hstack(found[1:])[found.known][first]
+        values = np.hstack(evaluated[1:])[evaluated.known][first]
         # The radial functions together hold no linear function: their sum and first moments
         # are zero.
         system = np.zeros((count + 1 + dimensions,) * 2)
@@ -167,7 +167,7 @@ class Surrogate:
         padded = np.zeros((len(system), values.shape[1]))
         padded[:count] = values
         weights = np.asarray(np.linalg.solve(system, padded), dtype=np.float64)
-        return cls(points, weights, found.objectives.shape[1], least)
+        return cls(points, weights, evaluated.objectives.shape[1], least)
 
     def at(self, points: Floats) -> Evaluations:
         """Return the interpolated values at points."""
@@ -188,8 +188,8 @@ def basis(points: Floats, centres: Floats) -> Floats:
 def squared_distances(points: Floats, others: Floats) -> Floats:
     """Return the squared distance of each point from each of others, shape (n, m)."""
     squares = np.zeros((len(points), len(others)))
-    for one, other in zip(points.T, others.T, strict=True):
-        squares += np.square(one[:, None] - other)
+    for coordinates, other in zip(points.T, others.T, strict=True):
+        squares += np.square(coordinates[:, None] - other)
     return squares
 
 
@@ -236,28 +236,28 @@ def search(
     points = Points("latin", starts, dimensions, SEED).take(np.arange(starts))
     # The first few fill the box as well, if there are to be no more.
     order = spread_points(points, np.full(starts, np.inf), starts)
-    found = evaluate(points[order[:limit]])
+    evaluated = evaluate(points[order[:limit]])
     rounds = 0
-    while len(found.points) < limit:
-        surrogate = Surrogate.of(found, least)
-        points = candidates(random, found, objectives)
-        distances = nearest(points, found.points)
+    while len(evaluated.points) < limit:
+        surrogate = Surrogate.of(evaluated, least)
+        points = candidates(random, evaluated, objectives)
+        distances = nearest(points, evaluated.points)
         promised = np.inf
         if surrogate is None:
             chosen = spread_points(points, distances, len(GAP_SHARES))
         else:
             predicted = surrogate.at(points)
             choose = next_points if objectives == 1 else next_of_front
-            chosen = choose(predicted, distances, found)
-            promised = gain(found, found.with_more(predicted.at(chosen)))
-        chosen = chosen[: limit - len(found.points)]
+            chosen = choose(predicted, distances, evaluated)
+            promised = gain(evaluated, evaluated.with_more(predicted.at(chosen)))
+        chosen = chosen[: limit - len(evaluated.points)]
         if not len(chosen):
-            return found, True
-        before, found = found, found.with_more(evaluate(points[chosen]))
-        rounds = rounds + 1 if max(promised, gain(before, found)) <= GAIN else 0
+            return evaluated, True
+        before, evaluated = evaluated, evaluated.with_more(evaluate(points[chosen]))
+        rounds = rounds + 1 if max(promised, gain(before, evaluated)) <= GAIN else 0
         if rounds == ROUNDS:
-            return found, True
-    return found, False
+            return evaluated, True
+    return evaluated, False
 
 
 def gain(before: Evaluations, after: Evaluations) -> float:
@@ -273,7 +273,10 @@ def gain(before: Evaluations, after: Evaluations) -> float:
         first, last = before.objectives[before.best, 0], after.objectives[after.best, 0]
         return float((first - last) / max(abs(first), MIN_OBJECTIVE))
     corner = reference_corner(after.objectives[after.front])
-    first, last = (dominated_area(one.objectives[one.front], corner) for one in (before, after))
+    first, last = (
+        dominated_area(evaluated.objectives[evaluated.front], corner)
+        for evaluated in (before, after)
+    )
     return (last - first) / last
 
 
@@ -284,19 +287,19 @@ def reference_corner(front: Floats) -> Floats:
     return np.asarray(low + FRONT_REACH * span)
 
 
-def candidates(random: np.random.Generator, found: Evaluations, objectives: int) -> Floats:
+def candidates(random: np.random.Generator, evaluated: Evaluations, objectives: int) -> Floats:
     """Return points from which the next ones are chosen, shape (n, dimensions)."""
-    dimensions = found.points.shape[1]
+    dimensions = evaluated.points.shape[1]
     spread = random.random((SPREAD, dimensions))
     # Optima often lie at a bound: half as many points again have one coordinate there.
     edges = random.random((SPREAD // 2, dimensions))
     which = random.integers(dimensions, size=len(edges))
     edges[np.arange(len(edges)), which] = random.integers(2, size=len(edges))
-    centres = found.points[[found.best]]
-    if objectives > 1 and found.admissible.any():
-        front = found.front
+    centres = evaluated.points[[evaluated.best]]
+    if objectives > 1 and evaluated.admissible.any():
+        front = evaluated.front
         places = np.linspace(0, len(front) - 1, min(len(front), MAX_CENTRES)).astype(int)
-        centres = found.points[front[places]]
+        centres = evaluated.points[front[places]]
     count = max(1, SPREAD_PER_CENTRE * 4 // (3 + len(centres)))
     near = [
         np.clip(centre + width * random.normal(size=(count, dimensions)), 0.0, 1.0)
@@ -328,7 +331,7 @@ def distances_with(distances: Floats, points: Floats, chosen: int) -> Floats:
 
 
 def next_points(
-    predicted: Evaluations, distances: Floats, found: Evaluations
+    predicted: Evaluations, distances: Floats, evaluated: Evaluations
 ) -> NDArray[np.int64]:
     """Return the candidates of least objective that keep their distances."""
     chosen: list[int] = []
@@ -346,13 +349,13 @@ def next_points(
 
 
 def next_of_front(
-    predicted: Evaluations, distances: Floats, found: Evaluations
+    predicted: Evaluations, distances: Floats, evaluated: Evaluations
 ) -> NDArray[np.int64]:
     """Return the candidates that together add most to the front, after one that explores."""
     holds = (predicted.constraints <= -MARGIN).all(axis=1)
-    if not holds.any() or not found.admissible.any():
-        return next_points(predicted, distances, found)
-    front = found.objectives[found.front]
+    if not holds.any() or not evaluated.admissible.any():
+        return next_points(predicted, distances, evaluated)
+    front = evaluated.objectives[evaluated.front]
     chosen = [int(np.argmax(distances))]
     for _ in range(FRONT_POINTS):
         distances = distances_with(distances, predicted.points, chosen[-1])

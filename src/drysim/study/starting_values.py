@@ -106,8 +106,8 @@ def relative_motion(
     if v_r is None:
         v_r = integrate(motion.x_dd - motion.u_dd, motion.dt)
         if by_stops:
-            at = np.concatenate([np.arange(i, j) for i, j in stops])
-            v_r = v_r - np.interp(np.arange(len(v_r)), at, v_r[at])
+            still = np.concatenate([np.arange(i, j) for i, j in stops])
+            v_r = v_r - np.interp(np.arange(len(v_r)), still, v_r[still])
         else:
             v_r = remove_drift(v_r, motion.dt)
     x_r = integrate(v_r, motion.dt)
@@ -148,12 +148,12 @@ def liveliest_part(motion: Kinematics) -> Kinematics:
     square = np.cumsum((motion.x_dd - motion.u_dd) ** 2)
     begin = int(np.argmax(square[count:] - square[:-count])) + 1
     part = slice(begin, begin + count)
-    x_r, v_r = (None if one is None else one[part] for one in (motion.x_r, motion.v_r))
+    x_r, v_r = (None if series is None else series[part] for series in (motion.x_r, motion.v_r))
     return Kinematics(motion.dt, motion.u_dd[part], motion.x_dd[part], x_r, v_r)
 
 
 def closed_form_starts(
-    motion: Kinematics, known: Mapping[str, float]
+    motion: Kinematics, fixed: Mapping[str, float]
 ) -> Iterator[dict[str, float]]:
     """Yield starting values, the most likely first.
 
@@ -173,16 +173,16 @@ def closed_form_starts(
     bounds = [0, *(i for pair in stops for i in pair), len(motion.u_dd)]
     longest = max(b - a for a, b in zip(bounds[::2], bounds[1::2], strict=True)) * motion.dt
     for by_stops in (True, False) if stops and longest < LONGEST_DRIFT else (False,):
-        found = force_balance(motion, stops, known, by_stops)
-        ratio = found.pop("static_ratio", None)
+        balance = force_balance(motion, stops, fixed, by_stops)
+        ratio = balance.pop("static_ratio", None)
         likely, *others = STATIC_RATIOS if ratio is None else (ratio, *STATIC_RATIOS[::2])
         for factor in FRICTION_FACTORS:
-            yield found | {"F_fk": found["F_fk"] * factor, "static_ratio": likely}
+            yield balance | {"F_fk": balance["F_fk"] * factor, "static_ratio": likely}
         for other in others:
-            yield found | {"static_ratio": other}
+            yield balance | {"static_ratio": other}
 
 
-def decay_start(motion: Kinematics, known: Mapping[str, float]) -> dict[str, float] | None:
+def decay_start(motion: Kinematics, fixed: Mapping[str, float]) -> dict[str, float] | None:
     """Return the parameters of a free decay from its turning points, or None without enough.
 
     Over a half cycle the amplitude X falls to r X - (1 + r) F_fk/k_x, where r is the ratio due
@@ -209,8 +209,8 @@ def decay_start(motion: Kinematics, known: Mapping[str, float]) -> dict[str, flo
     half = (turns[-1] - turns[1]) / (len(turns) - 2) * motion.dt
     omega = np.pi / half * float(np.hypot(1.0, decrement))
     zeta = decrement / float(np.hypot(1.0, decrement))
-    stiffness = known.get("k_x")
-    m = known["m"] if "m" in known else (stiffness or omega**2) / omega**2
+    stiffness = fixed.get("k_x")
+    m = fixed["m"] if "m" in fixed else (stiffness or omega**2) / omega**2
     k_x = stiffness or m * omega**2
     size_x = float(x_r.std())
     return {
@@ -223,7 +223,7 @@ def decay_start(motion: Kinematics, known: Mapping[str, float]) -> dict[str, flo
 
 
 def force_balance(
-    motion: Kinematics, stops: list[tuple[int, int]], known: Mapping[str, float], by_stops: bool
+    motion: Kinematics, stops: list[tuple[int, int]], fixed: Mapping[str, float], by_stops: bool
 ) -> dict[str, float]:
     """Return the parameters of the force balance by linear least squares."""
     x_r, v_r = relative_motion(motion, stops, by_stops)
@@ -231,16 +231,18 @@ def force_balance(
     for i, j in stops:
         stuck[i:j] = True
     n, length = len(x_r), len(x_r) * motion.dt
-    at = np.linspace(0.0, n - 1.0, max(2, ceil(length / LONGEST_DRIFT) + 1))
-    drift = np.stack([np.interp(np.arange(n), at, one) for one in np.eye(len(at))], axis=1)
+    knots = np.linspace(0.0, n - 1.0, max(2, ceil(length / LONGEST_DRIFT) + 1))
+    drift = np.stack(
+        [np.interp(np.arange(n), knots, row) for row in np.eye(len(knots))], axis=1
+    )
     terms = {"m": motion.x_dd, "k_x": x_r, "b": v_r, "F_fk": np.sign(v_r)}
     speed = float(v_r[~stuck].std()) if not stuck.all() else 0.0
     slides = ~stuck & (np.abs(v_r) > SLOW * speed)
-    unknown = [name for name in terms if name not in known]
-    right = -sum((known[name] * terms[name] for name in known), np.zeros(n))
+    unknown = [name for name in terms if name not in fixed]
+    right = -sum((fixed[name] * terms[name] for name in fixed), np.zeros(n))
     columns = np.column_stack([*(terms[name] for name in unknown), drift])
-    values = dict(known)
-    constant = np.zeros(len(at))
+    values = dict(fixed)
+    constant = np.zeros(len(knots))
     if slides.sum() > columns.shape[1]:
         size = np.abs(columns[slides]).max(axis=0)
         size[size == 0.0] = 1.0
@@ -256,7 +258,7 @@ def force_balance(
         "F_fk": 0.02 * force,
     }
     for name, least in smallest.items():
-        if name not in known:
+        if name not in fixed:
             values[name] = max(values.get(name, 0.0), least)
     load = m * motion.u_dd + values["k_x"] * x_r + drift @ constant
     late = round(0.5 * AVERAGED_TIME / motion.dt)  # averaging ends a stop too early

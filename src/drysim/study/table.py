@@ -123,14 +123,14 @@ class Table(Result):
         summary = [
             f"{format_count(tally.cases, 'case')} by {tally.approach}" for tally in tallies
         ]
-        own = self._judged_tally
-        found = (
-            f"{format_metric_ranges(own.ends)}{f' by {own.approach}' * (len(tallies) > 1)}"
-            if own
+        tally = self._judged_tally
+        ranges = (
+            f"{format_metric_ranges(tally.ends)}{f' by {tally.approach}' * (len(tallies) > 1)}"
+            if tally
             else ""
         )
         best = f"best {self.best.result}" if self.best else ""
-        return format_repr("Table", name, ", ".join(summary), found, best, verdicts)
+        return format_repr("Table", name, ", ".join(summary), ranges, best, verdicts)
 
     @property
     def approaches(self) -> tuple[str, ...]:
@@ -150,7 +150,7 @@ class Table(Result):
     @property
     def _judged_tally(self) -> Tally | None:
         """Statistics of the approach under the checks; in a comparison the reference."""
-        return next((one for one in self.tallies.values() if one.checks), self.own_tally)
+        return next((tally for tally in self.tallies.values() if tally.checks), self.own_tally)
 
     @cached_property
     def best(self) -> BestCase | None:
@@ -162,21 +162,21 @@ class Table(Result):
         """
         if self.jumps is not None:
             return None
-        own, limits = self._judged_tally, self.scenario.checks or self.scenario.stroke
+        tally, limits = self._judged_tally, self.scenario.checks or self.scenario.stroke
         designs = [axis for axis in self.axes if axis.key != FILE_KEY]
-        if own is None or not designs or not has_shared_motion(designs) or not limits:
+        if tally is None or not designs or not has_shared_motion(designs) or not limits:
             return None
         of_shock = isinstance(self.scenario.excitation, Shock)
         names = (name for name in OBJECTIVES if of_shock or name != "x_dd_peak")
-        objective = next((name for name in names if name in own.extremes), None)
+        objective = next((name for name in names if name in tally.extremes), None)
         if objective is None:
             return None
-        found, over_records = own.best.get(objective), None
+        extreme, over_records = tally.best.get(objective), None
         if len(designs) < len(self.axes) and self.complete:
-            over_records = self._best_design(own, objective)
-        closest = None if found else self._closest(own, 1, 1)
-        row = found and found.row
-        return BestCase(objective, row, own.admissible, own.cases, closest, over_records)
+            over_records = self._best_design(tally, objective)
+        closest = None if extreme else self._closest(tally, 1, 1)
+        row = extreme and extreme.row
+        return BestCase(objective, row, tally.admissible, tally.cases, closest, over_records)
 
     @cached_property
     def hysteresis(self) -> tuple[Hysteresis, ...] | None:
@@ -185,23 +185,23 @@ class Table(Result):
         None unless the scenario was swept in both directions, and completely.
         """
         directions = next((a.values for a in self.axes if a.key == DIRECTION_KEY), ())
-        own = self.own_tally
-        if len(directions) < 2 or not self.complete or own is None:
+        tally = self.own_tally
+        if len(directions) < 2 or not self.complete or tally is None:
             return None
         length = chain_length(self.axes)
-        T_a = self._column(own, lambda batch: batch.metrics["T_a"]).reshape(2, -1, length)
+        T_a = self._column(tally, lambda batch: batch.metrics["T_a"]).reshape(2, -1, length)
         values = self.axes[0].take(np.arange(length))
         with np.errstate(invalid="ignore"):
             gap = abs(T_a[0] - T_a[1]) / np.fmax(*T_a)
         gap = np.where(np.isnan(T_a[0]) == np.isnan(T_a[1]), np.nan_to_num(gap), np.inf)
-        found = []
+        differences = []
         for chain in np.flatnonzero((gap > HYSTERESIS_TOLERANCE).any(axis=1)).tolist():
             differ = values[gap[chain] > HYSTERESIS_TOLERANCE]
             finite = np.where(np.isfinite(gap[chain]), gap[chain], 0.0)
-            at = chain * length + int(np.argmax(finite if finite.any() else gap[chain]))
-            up, down = (self._row_of(own, at + k * gap.size) for k in (0, 1))
-            found.append(Hysteresis(differ.min().item(), differ.max().item(), up, down))
-        return tuple(found)
+            place = chain * length + int(np.argmax(finite if finite.any() else gap[chain]))
+            up, down = (self._row_of(tally, place + k * gap.size) for k in (0, 1))
+            differences.append(Hysteresis(differ.min().item(), differ.max().item(), up, down))
+        return tuple(differences)
 
     @cached_property
     def isolation(self) -> tuple[Isolation, ...] | None:
@@ -210,14 +210,14 @@ class Table(Result):
         None without such curves, and for more than `MAX_ISOLATION_CASES` cases. A frequency
         with unknown T_a counts as not isolated.
         """
-        own = self.own_tally
-        if own is None or not self.has_frequency_curves or own.cases > MAX_ISOLATION_CASES:
+        tally = self.own_tally
+        if tally is None or not self.has_frequency_curves or tally.cases > MAX_ISOLATION_CASES:
             return None
         # Copies: a view would keep all columns of its batch in memory.
         parts = [
             {key: np.array(column) for key, column in batch.points.items()}
             | {"T_a": np.array(batch.metrics["T_a"])}
-            for batch in self._batches_of(own)
+            for batch in self._batches_of(tally)
         ]
         columns = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
         f = columns.pop(FREQUENCY_KEY)
@@ -242,8 +242,8 @@ class Table(Result):
     @property
     def has_frequency_curves(self) -> bool:
         """Whether the frequency is swept by itself and T_a is known in some case."""
-        known = self.own_tally is not None and "T_a" in self.own_tally.extremes
-        return known and any(
+        has_values = self.own_tally is not None and "T_a" in self.own_tally.extremes
+        return has_values and any(
             axis.key == FREQUENCY_KEY and len(axis.values) > 1 and not axis.group
             for axis in self.axes
         )
@@ -252,53 +252,55 @@ class Table(Result):
     def answers(self) -> list[tuple[str, BestCase]]:
         """The best case, and the best design over all records, with their names."""
         named = [("best", self.best), ("all records", self.best and self.best.over_records)]
-        return [(name, one) for name, one in named if one]
+        return [(name, case) for name, case in named if case]
 
-    def _best_design(self, own: Tally, objective: str) -> BestCase:
+    def _best_design(self, tally: Tally, objective: str) -> BestCase:
         """Return the best values of the other keys, each judged by its worst record."""
 
         def values(batch: Batch) -> NDArray[np.float64]:
-            return np.where(is_admissible(batch, own.checks), batch.metrics[objective], np.inf)
+            return np.where(
+                is_admissible(batch, tally.checks), batch.metrics[objective], np.inf
+            )
 
-        keys = next(batch.points for batch in self._batches_of(own))
+        keys = next(batch.points for batch in self._batches_of(tally))
         axes = [axis for axis in self.axes if axis.key in keys]
         records = next(len(axis.values) for axis in axes if axis.key == FILE_KEY)
         stride = count_points(list(takewhile(lambda axis: axis.key != FILE_KEY, axes)))
-        worst, at = minmax_design(self._column(own, values), records, stride)
+        worst, number = minmax_design(self._column(tally, values), records, stride)
         admissible = int((worst != np.inf).sum())
-        row = None if at is None else self._row_of(own, at)
-        closest = None if row else self._closest(own, records, stride)
+        row = None if number is None else self._row_of(tally, number)
+        closest = None if row else self._closest(tally, records, stride)
         return BestCase(objective, row, admissible, len(worst), closest, kind="design")
 
-    def _closest(self, own: Tally, records: int, stride: int) -> Verdict | None:
+    def _closest(self, tally: Tally, records: int, stride: int) -> Verdict | None:
         """Return the check that the case closest to admissible fails by most."""
-        misses = self._column(own, lambda batch: misses_of(batch, own.checks).max(axis=0))
-        _, at = minmax_design(misses, records, stride)
-        if at is None:
+        misses = self._column(tally, lambda batch: misses_of(batch, tally.checks).max(axis=0))
+        _, number = minmax_design(misses, records, stride)
+        if number is None:
             return None
-        row = self._row_of(own, at)
-        by_check = misses_of(Batch.of(0, [row]), own.checks)[:, 0]
-        check = (STROKE_LIMIT, *own.checks)[int(by_check.argmax())]
+        row = self._row_of(tally, number)
+        by_check = misses_of(Batch.of(0, [row]), tally.checks)[:, 0]
+        check = (STROKE_LIMIT, *tally.checks)[int(by_check.argmax())]
         if check is not STROKE_LIMIT or row.over is None:
             return check.verdict(judged_value(check, row), row.point)
         every = replace(STROKE_LIMIT, judges=EVERY_SEED)
         verdict = every.verdict(row.largest(STROKE_USED), row.point)
         return replace(verdict, seeds=row.seeds, failed_seeds=seeds_beyond(row))
 
-    def _batches_of(self, own: Tally) -> Iterator[Batch]:
+    def _batches_of(self, tally: Tally) -> Iterator[Batch]:
         """Yield the batches of one approach."""
-        return (one for one in as_batches(self.rows) if one.approach == own.approach)
+        return (batch for batch in as_batches(self.rows) if batch.approach == tally.approach)
 
     def _column(
-        self, own: Tally, values: Callable[[Batch], NDArray[np.float64]]
+        self, tally: Tally, values: Callable[[Batch], NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         """Return one number per case of an approach."""
-        return np.concatenate([values(batch) for batch in self._batches_of(own)])
+        return np.concatenate([values(batch) for batch in self._batches_of(tally)])
 
-    def _row_of(self, own: Tally, number: int) -> Row:
+    def _row_of(self, tally: Tally, number: int) -> Row:
         """Return a case of an approach by its number."""
-        before = takewhile(lambda one: one is not own, self.tallies.values())
-        return self.rows[sum(one.cases for one in before) + number]
+        before = takewhile(lambda other: other is not tally, self.tallies.values())
+        return self.rows[sum(other.cases for other in before) + number]
 
     @property
     def has_failed_cases(self) -> bool:
@@ -399,8 +401,8 @@ class BestCase(NamedTuple):
     def result(self) -> str:
         """The objective and its value, or `none`."""
         unit = format_unit(UNITS[self.objective])
-        known = self.row is not None
-        return f"{self.objective} {format_number(self.value, unit)}" if known else "none"
+        has_value = self.row is not None
+        return f"{self.objective} {format_number(self.value, unit)}" if has_value else "none"
 
     def describe(self, axes: Sequence[Axis], least: str = "") -> str:
         """Describe where the best case is, or which check the closest one fails.
@@ -408,13 +410,15 @@ class BestCase(NamedTuple):
         `least` is said in between if no case is admissible.
         """
         if self.row is None:
-            words = f"no {self.kind} of {self.cases} is admissible{least}"
+            sentence = f"no {self.kind} of {self.cases} is admissible{least}"
             if self.closest:
                 where = describe_case(self.closest.where or {}, axes)
                 check = f"{self.closest.check}{self.closest.share}"
                 worst = "worst " * bool(self.closest.failed_seeds)
-                words += f"; the closest fails {check}, {worst}{self.closest.found} at {where}"
-            return words
+                sentence += (
+                    f"; the closest fails {check}, {worst}{self.closest.found} at {where}"
+                )
+            return sentence
         of = f"least of {self.admissible} admissible {self.kind}s of {self.cases}"
         if self.kind == "design":
             of = f"{self.row.point[FILE_KEY]} being its worst record; {of}"
@@ -479,8 +483,8 @@ def stroke_limits(scenario: Scenario, point: Mapping[str, Any]) -> StrokeLimits 
 
     With columns of values, the limits are columns, too.
     """
-    own = {key: value for key, value in point.items() if key in LIMIT_KEYS}
-    stroke = scenario.with_values(own).stroke if own else scenario.stroke
+    swept = {key: value for key, value in point.items() if key in LIMIT_KEYS}
+    stroke = scenario.with_values(swept).stroke if swept else scenario.stroke
     return None if stroke is None else stroke.limits
 
 
@@ -492,7 +496,7 @@ def largest_excess(metrics: Metrics, limits: StrokeLimits) -> tuple[str, float, 
     reached, share = metrics["stroke_suffices"] or 0.0, metrics[STROKE_USED] or 0.0
     if limits.up == limits.down:
         return "|x_r|", reached, reached - limits.up
-    limit, up = (one.item() for one in nearest_limit(reached, share, limits))
+    limit, up = (array.item() for array in nearest_limit(reached, share, limits))
     return "x_r", share * limit if up else -share * limit, (share - 1.0) * limit
 
 
@@ -623,13 +627,13 @@ class Tally:
     ) -> dict[str, Self]:
         """Return the tally of each approach, in order; the checks apply to `checked`."""
         limits_of = partial(stroke_limits, scenario)
-        found: dict[str, Self] = {}
+        tallies: dict[str, Self] = {}
         for batch in batches:
             name = batch.approach
-            if name not in found:
-                found[name] = cls(name, scenario.checks if name == checked else (), limits_of)
-            found[name].add(batch)
-        return found
+            if name not in tallies:
+                tallies[name] = cls(name, scenario.checks if name == checked else (), limits_of)
+            tallies[name].add(batch)
+        return tallies
 
     @property
     def ends(self) -> dict[str, tuple[float, float]]:
@@ -744,9 +748,9 @@ class Tally:
         values = np.where(good, judged_column(check, batch), np.nan)
         self._judged[i] += int(applicable.sum())
         self._failed[i] += int((applicable & ~check.holds(values)).sum())
-        at = check.worst(applicable, values)
-        if at is not None:
-            verdict = judge_row(check, row(at))
+        worst = check.worst(applicable, values)
+        if worst is not None:
+            verdict = judge_row(check, row(worst))
             before = self._verdicts.get(i)
             if before is None or violation(verdict) > violation(before):
                 self._verdicts[i] = verdict
@@ -881,8 +885,8 @@ class Quantiles:
             bins = log_bins(above)
             counts = np.bincount(bins - (first := int(bins.min())))
             held = np.flatnonzero(counts)
-            found = zip((held + first).tolist(), counts[held].tolist(), strict=True)
-            self._counts.update(dict(found))
+            held_counts = zip((held + first).tolist(), counts[held].tolist(), strict=True)
+            self._counts.update(dict(held_counts))
 
     def at(self, level: float) -> float | None:
         """Return the quantile at a level; None without values."""
@@ -896,13 +900,13 @@ class Quantiles:
 
     def summary(self) -> dict[str, float]:
         """Return the quantiles by level, with keys such as `0.5`; empty without values."""
-        found = ((f"{level:g}", self.at(level)) for level in QUANTILE_LEVELS)
-        return {name: value for name, value in found if value is not None}
+        values = ((f"{level:g}", self.at(level)) for level in QUANTILE_LEVELS)
+        return {name: value for name, value in values if value is not None}
 
     def _steps(self) -> Iterator[tuple[float, int]]:
         """Yield the centre of each bin, and the number of values up to its end."""
         below = self._not_positive
         yield min(self._low, 0.0), below
-        for at in sorted(self._counts):
-            below += self._counts[at]
-            yield float(bin_values(at)), below
+        for number in sorted(self._counts):
+            below += self._counts[number]
+            yield float(bin_values(number)), below

@@ -53,8 +53,8 @@ def validate(
     except UsageError as fault:
         return (Problem(str(fault), file),)
     return (
-        *(Problem(words, file, severity="note") for words in notes),
-        *(Problem(words, file, severity="warning") for words in dict.fromkeys(warned)),
+        *(Problem(note, file, severity="note") for note in notes),
+        *(Problem(sentence, file, severity="warning") for sentence in dict.fromkeys(warned)),
     )
 
 
@@ -85,10 +85,10 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
 
         model = build_model(scenario)
         model.starts()
-        found = model.measurement
-        span = f"{len(found.t)} samples over {float(found.t[-1] - found.t[0]):.6g} s"
-        notes.append(f"measured: {', '.join(found.channels)}, {span}")
-        warned += [known.sentence for known in found.warnings]
+        measured = model.measurement
+        span = f"{len(measured.t)} samples over {float(measured.t[-1] - measured.t[0]):.6g} s"
+        notes.append(f"measured: {', '.join(measured.channels)}, {span}")
+        warned += [warning.sentence for warning in measured.warnings]
         scenario = without_fit_checks(scenario)
     cases = []
     if scenario.design is not None:
@@ -102,5 +102,5 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
         if isinstance(base := case.scenario.excitation, Record):
             varied = [axis.key for axis in case.scenario.sweep]
             notes.append(f"base: {base.describe_cases(case.motion, varied, case.records)}")
-    warned += [known.sentence for case in cases for known in case.warnings]
+    warned += [warning.sentence for case in cases for warning in case.warnings]
     return notes, warned

@@ -261,14 +261,14 @@ def changed_metrics(metrics: Metrics, others: Metrics) -> dict[str, float]:
 
     The change of `stuck_share` is absolute.
     """
-    found = {}
+    changes = {}
     for name in (*RELATIVE_METRICS, "stuck_share"):
         value, other = metrics.get(name), others.get(name)
         if value is None or other is None:
             continue
         scale = abs(value) or abs(other) or 1.0
-        found[name] = (other - value) / (1.0 if name == "stuck_share" else scale)
-    return {name: share for name, share in found.items() if abs(share) > MAX_END_EFFECT}
+        changes[name] = (other - value) / (1.0 if name == "stuck_share" else scale)
+    return {name: share for name, share in changes.items() if abs(share) > MAX_END_EFFECT}
 
 
 def record_end_warning(moved: Mapping[str, float], below: float) -> WarningMessage:
@@ -339,9 +339,9 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
         limits = stroke_limits(scenario, row.point)
         assert limits is not None, "a stroke is too short for a limit only"
         used = hourly_stroke_used(row.metrics, limits)
-        words = describe_hourly_stroke(used, " on average" * bool(row.over))
+        hourly = describe_hourly_stroke(used, " on average" * bool(row.over))
         sentence = (
-            f"in {cases} of {tally.cases} cases the stroke limit {words}{format_at(row, axes)}"
+            f"in {cases} of {tally.cases} cases the stroke limit {hourly}{format_at(row, axes)}"
         )
         numbers = limit_numbers(limits) | {HOURLY_STROKE: abs(used.x_r), "cases": cases}
         yield WarningMessage("stroke-too-short", sentence, numbers)
@@ -360,32 +360,32 @@ def format_at(row: Row, axes: Sequence[Axis]) -> str:
 
 
 def table_interval_warnings(
-    scenario: Scenario, found: SeedSummary | None
+    scenario: Scenario, summary: SeedSummary | None
 ) -> Iterator[WarningMessage]:
     """Warn of confidence intervals wider than required, and of undecided checks."""
-    if found is None:
+    if summary is None:
         return
     until = stopping_rule(scenario)
-    if found.too_wide and until:
+    if summary.too_wide and until:
         sentence = (
-            f"in {found.too_wide.cases} of {found.cases} cases the confidence interval of "
+            f"in {summary.too_wide.cases} of {summary.cases} cases the confidence interval of "
             f"{until.metric} is wider than ±{format_number(100 * until.half_width, '%')} of "
             f"its mean after all {max_seeds(scenario)} seeds"
-            f"{describe_first(found.too_wide, scenario)}"
+            f"{describe_first(summary.too_wide, scenario)}"
         )
-        yield WarningMessage("interval-wide", sentence, {"cases": found.too_wide.cases})
-    for check, undecided in found.undecided.items():
+        yield WarningMessage("interval-wide", sentence, {"cases": summary.too_wide.cases})
+    for check, undecided in summary.undecided.items():
         sentence = (
-            f"`{check}` is undecided in {undecided.cases} of {found.cases} cases"
+            f"`{check}` is undecided in {undecided.cases} of {summary.cases} cases"
             f"{describe_first(undecided, scenario)}: the limit lies within the 95 % confidence "
             "interval of the mean; use more seeds"
         )
         yield WarningMessage("check-undecided", sentence, {"cases": undecided.cases})
 
 
-def describe_first(found: Count, scenario: Scenario) -> str:
+def describe_first(count: Count, scenario: Scenario) -> str:
     """Describe where the first of some cases is, if there are several places."""
-    where = describe_case(found.first.point, scenario.sweep)
+    where = describe_case(count.first.point, scenario.sweep)
     return f", the first at {where}" if where else ""
 
 
@@ -402,7 +402,7 @@ REPLACED_SLUGS = {
 def ensemble_warnings(
     case: Case,
     seeds: Batch,
-    found: SeedStatistics,
+    statistics: SeedStatistics,
     verdicts: Sequence[Verdict],
     shown: Outcome,
 ) -> Iterator[WarningMessage]:
@@ -415,12 +415,14 @@ def ensemble_warnings(
     yield from failure_warnings(seeds)
     yield from (warning for warning in shown.warnings if warning.slug not in REPLACED_SLUGS)
     if case.limits is not None:
-        yield from ensemble_stroke_warnings(seeds, found, case.limits)
+        yield from ensemble_stroke_warnings(seeds, statistics, case.limits)
     stops = case.law.stops
-    if stops is not None and stops.rigid and has_contacts(found):
+    if stops is not None and stops.rigid and has_contacts(statistics):
         yield rigid_impact_warning()
-    residuals = (found.get(name) for name in ("energy_residual", "law_residual"))
-    yield from certificate_warnings(*(one and one.greatest[0] for one in residuals))
+    residuals = (statistics.get(name) for name in ("energy_residual", "law_residual"))
+    yield from certificate_warnings(
+        *(statistic and statistic.greatest[0] for statistic in residuals)
+    )
     yield from wide_interval_warnings(case, seeds)
     yield from undecided_warnings(verdicts)
     if case.scenario.measure.spectra:
@@ -441,12 +443,12 @@ def failure_warnings(seeds: Batch) -> Iterator[WarningMessage]:
 
 
 def ensemble_stroke_warnings(
-    seeds: Batch, found: SeedStatistics, limits: StrokeLimits
+    seeds: Batch, statistics: SeedStatistics, limits: StrokeLimits
 ) -> Iterator[WarningMessage]:
     """Warn of seeds that exceed the stroke limit, with the worst one."""
     beyond = int((seeds.metrics["violations"] > 0.0).sum())
-    used, impacts = found.get(STROKE_USED), found.get("impact_speed")
-    if beyond and impacts and has_contacts(found):
+    used, impacts = statistics.get(STROKE_USED), statistics.get("impact_speed")
+    if beyond and impacts and has_contacts(statistics):
         fastest, seed = impacts.greatest
         sentence = (
             f"the mass hits its end stops for {beyond} of {len(seeds)} seeds, at up to "
@@ -466,13 +468,13 @@ def ensemble_stroke_warnings(
         numbers = limit_numbers(limits) | {"x_r_peak": peak, "seed": seed, "seeds": beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
     elif impacts is None:
-        means = {name: one and one.mean for name, one in found.items()}
+        means = {name: statistic and statistic.mean for name, statistic in statistics.items()}
         yield from hourly_stroke_warnings(means, limits, f", mean of {len(seeds)} seeds")
 
 
-def has_contacts(found: SeedStatistics) -> bool:
+def has_contacts(statistics: SeedStatistics) -> bool:
     """Whether the mass reaches an end stop within the window under any seed."""
-    impacts = found.get("contacts")
+    impacts = statistics.get("contacts")
     return impacts is not None and impacts.greatest[0] > 0
 
 
@@ -486,13 +488,13 @@ def wide_interval_warnings(case: Case, seeds: Batch) -> Iterator[WarningMessage]
         return
     series = values[~np.isnan(values)].tolist()
     mean, half_width = interval(series) if series else (0.0, None)
-    known, name = len(series), until.metric
+    count, name = len(series), until.metric
     target = format_number(100 * until.half_width, "%")
-    if known < n:
+    if count < n:
         sentence = (
-            f"only {known} of {n} seeds give {name}; the stopping rule `until` cannot be met"
+            f"only {count} of {n} seeds give {name}; the stopping rule `until` cannot be met"
         )
-        yield WarningMessage("interval-wide", sentence, {"seeds": n, "known": known})
+        yield WarningMessage("interval-wide", sentence, {"seeds": n, "known": count})
     elif not mean or half_width is None:
         sentence = (
             f"the mean of {name} is 0 after {n} seeds; an interval of ±{target} of it cannot "
