@@ -141,6 +141,30 @@ def test_failed_check_counts_its_cases_and_the_best_case_is_the_answer(drysim, t
     assert "✓ best" not in drysim("sweep", "seat.yaml", "--no-plots", "--set", "checks=[]").out
 
 
+@pytest.mark.parametrize(
+    ("frequency", "values", "end"),
+    [
+        (1.6, [100, 500, 3000], "upper"),
+        (4, [100, 500, 3000], "lower"),
+        (4, [100, 3000], ""),
+    ],
+)
+def test_best_case_at_the_end_of_its_range_says_so(tmp_path, frequency, values, end):
+    file = tmp_path / "seat.yaml"
+    file.write_text(
+        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+        f"excitation: {{kind: harmonic, frequency: {frequency}, rms: 1}}\n"
+        "stroke: {limit: 1 m}\n"
+        "solver: {step: 2.5e-3}\nmeasure: {direction: vertical}\n"
+        f"sweep: {{oscillator.damping: {values}}}\n"
+    )
+    table = package.sweep(package.load(file))
+    best = table.best.row.point["oscillator.damping"]
+    said = f"; damping {best:g} N·s/m is the {end} end of its range"
+    assert table.best.describe(table.axes).endswith(said) == bool(end)
+    assert (" end of its range" in table.best.describe(table.axes)) == bool(end)
+
+
 def test_table_shows_its_best_case_in_a_notebook(tmp_path):
     (tmp_path / "seat.yaml").write_text(SEAT)
     table = package.sweep(package.load(tmp_path / "seat.yaml"))

@@ -294,6 +294,11 @@ def test_all_get_the_very_same_random_motion(scene: Path) -> None:
         assert np.array_equal(first.u_dd, other.u_dd)
 
 
+def test_viscous_without_dry_friction_is_no_caution(scene: Path) -> None:
+    found = compare(load(scene), ("moreau", "stick-slip"))
+    assert not any(warning.slug == "left-out" for warning in found.table.warnings)
+
+
 def test_what_an_approach_leaves_out_is_a_caution_that_names_it(scene: Path) -> None:
     found = compare(load(scene, {"friction.static_ratio": 1.2}), ("signum", "stick-slip"))
     sentences = [warning.sentence for warning in found.table.warnings]

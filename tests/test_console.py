@@ -253,6 +253,13 @@ def test_every_file_gets_its_verdict(capsys):
     assert "still.yaml: warning: the mass will not move\n" in out
 
 
+def test_warnings_are_not_ok_where_they_count_as_errors(capsys):
+    problems.show_problems({"ok.yaml": (), "still.yaml": (STANDSTILL,)}, strict=True)
+    out = capsys.readouterr().out
+    assert "ok: ok.yaml\n" in out
+    assert "fails: still.yaml: 1 warning under --strict\n" in out
+
+
 def test_caret_stands_below_the_fault_also_behind_wide_and_odd_signs(capsys):
     source = "日本\t\x1b: stifness"
     problem = replace(TYPO, source=source, column=source.index("stif") + 1)

@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import golden
 import pytest
@@ -174,6 +175,12 @@ def test_every_law_can_act_in_the_scenario_of_all_laws(law):
     scenario = drysim.load(GALLERY / "friction-laws.yaml")
     assert scenario.with_law(law).law().F_fk == 45.0
     assert tuple(scenario.omissions(law)) == ()
+
+
+def test_scenario_for_comparisons_is_followed_by_one():
+    found = gallery.find("friction-laws").command_line(Path("mine.yaml"))
+    assert found == "drysim compare coulomb vs lugre vs stick-slip --scenario mine.yaml"
+    assert gallery.find("regime-map").command_line(Path("mine.yaml")) == "drysim map mine.yaml"
 
 
 @pytest.mark.parametrize("name", ["friction-dahl.png"])

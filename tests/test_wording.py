@@ -100,6 +100,21 @@ def test_percent_is_never_rounded_to_all_or_nothing(share, text):
     assert wording.format_percent(share) == text
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "text"),
+    [
+        (0.034, 0.0711, "3.40 % to 7.11 %"),
+        (0.00668, 0.354, "0.7 % to 35.4 %"),
+        (0.0, 0.277, "0 % to 27.7 %"),
+        (0.001, 1.0, "0.1 % to 100 %"),
+        (0.0001, 0.5, "below 0.1 % to 50 %"),
+        (0.5, 0.5, "50 %"),
+    ],
+)
+def test_range_of_shares_has_one_precision(low, high, text):
+    assert wording.format_percent_range(low, high) == text
+
+
 def test_clean_text_is_one_line_without_any_control_sign():
     assert wording.sanitise("a\n b\tc") == "a b c"
     assert wording.sanitise("\x1b[31mred\x07\u202e\udc80") == r"\x1b[31mred\x07\u202e\udc80"

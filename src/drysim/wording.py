@@ -188,6 +188,19 @@ def format_percent(share: float | None) -> str:
     return format_number(share * 100, "%", 3)
 
 
+def format_percent_range(low: float, high: float) -> str:
+    """Return a range of shares [-] in percent, both ends with the decimals of the larger.
+
+    Only 0 and 1 are shown as 0 % and 100 %.
+    """
+    first, last = format_percent(low), format_percent(high)
+    decimals = len(last.removesuffix(" %").partition(".")[2])
+    rounded = f"{100 * low:.{decimals}f}"
+    if first[0].isdigit() and float(rounded) > 0:
+        first = f"{rounded} %"
+    return format_range(first, last)
+
+
 def format_count(count: int, thing: str) -> str:
     """Return a count with its noun, e.g. `1 case` or `3 cases`."""
     plural = "es" if thing.endswith("ch") else "s"

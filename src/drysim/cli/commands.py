@@ -75,8 +75,7 @@ def init(
         terminal.print_stdout("\n".join(map(str, written)))
     if loop := gallery.find(name).loop:
         terminal.print_stderr(f"friction loop: {loop}")
-    command = gallery.find(name).command
-    terminal.print_stderr(f"next: drysim {command} {written[0]}")
+    terminal.print_stderr(f"next: {gallery.find(name).command_line(written[0])}")
     return EXIT_OK
 
 
@@ -543,7 +542,8 @@ def validate(
         if (failed := [problem for problem in problems if problem.severity in failing])
     }
     with tolerate_closed_pipe():
-        problems.show_problems(faults if quiet and form != "json" else found, form)
+        shown = faults if quiet and form != "json" else found
+        problems.show_problems(shown, form, strict)
     if any(problem.severity == "error" for file in faults.values() for problem in file):
         return EXIT_NOTHING_COMPUTED
     return EXIT_CHECK_FAILED if faults else EXIT_OK

@@ -51,7 +51,9 @@ def show_error(fault: DrysimError) -> None:
         print_line(console, fault.hint)
 
 
-def show_problems(found: Mapping[str, Sequence[Problem]], form: str = "text") -> None:
+def show_problems(
+    found: Mapping[str, Sequence[Problem]], form: str = "text", strict: bool = False
+) -> None:
     """Show the problems of scenario files on stdout.
 
     Parameters
@@ -60,6 +62,8 @@ def show_problems(found: Mapping[str, Sequence[Problem]], form: str = "text") ->
         Problems by file as it was named; none for a valid file.
     form : str
         `text`, `json` or `github`.
+    strict : bool
+        Whether warnings count as errors.
     """
     if form == "json":
         print(json.dumps(_to_dict(found), indent=2))
@@ -73,11 +77,13 @@ def show_problems(found: Mapping[str, Sequence[Problem]], form: str = "text") ->
     for at, (file, problems) in enumerate(found.items()):
         if at:
             print_line(console)
-        _print_heading(console, file, problems)
+        _print_heading(console, file, problems, strict)
         _print_problems(console, problems)
 
 
-def _print_heading(console: AnyConsole, file: str, problems: Sequence[Problem]) -> None:
+def _print_heading(
+    console: AnyConsole, file: str, problems: Sequence[Problem], strict: bool
+) -> None:
     """Print one line per file: valid or not, with the number of problems."""
     errors = sum(problem.severity == "error" for problem in problems)
     warnings = sum(problem.severity == "warning" for problem in problems)
@@ -86,6 +92,9 @@ def _print_heading(console: AnyConsole, file: str, problems: Sequence[Problem]) 
         print_line(console, ("error: ", "bold red"), f"{file}: {count}")
     elif warnings:
         count = format_count(warnings, "warning")
+        if strict:
+            print_line(console, ("fails: ", "bold red"), f"{file}: {count} under --strict")
+            return
         print_line(console, ("ok: ", "green"), f"{file}: {count}")
     else:
         print_line(console, ("ok: ", "green"), file)

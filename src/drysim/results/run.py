@@ -136,7 +136,8 @@ def run_rows(outcome: Outcome) -> Iterator[Row]:
     """Yield the main metrics."""
     metrics, stroke = outcome.metrics, outcome.scenario.stroke
     a_x, a_u = (format_value(name, metrics[name]) for name in ("a_x", "a_u"))
-    yield _metric_value_row(metrics, "T_a", f"mass {a_x} RMS, base {a_u} RMS")
+    if metrics["a_u"] != 0.0:  # a base at rest transmits nothing
+        yield _metric_value_row(metrics, "T_a", f"mass {a_x} RMS, base {a_u} RMS")
     yield from _comfort_rows(outcome)
     peak = metrics[PEAK_STROKE]
     x_r, u = format_length(metrics["x_r_rms"], peak), format_length(metrics["u_rms"], peak)
@@ -150,7 +151,9 @@ def run_rows(outcome: Outcome) -> Iterator[Row]:
     ):
         high_pass = excitation.remove.yaml_with(below=SUGGESTED_HIGH_PASS)
         advice = f"; it needs a high-pass: {high_pass}"
-    yield _metric_value_row(metrics, "T_x", f"x_r {x_r} RMS, base displacement {u}{advice}")
+    if metrics["u_rms"] != 0.0:
+        remark = f"x_r over u: x_r {x_r} RMS, base displacement {u}{advice}"
+        yield _metric_value_row(metrics, "T_x", remark)
     used = format_percent(metrics["stroke_used"])
     limit = ""
     if stroke:

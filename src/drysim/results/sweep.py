@@ -80,6 +80,7 @@ from drysim.wording import (
     format_length,
     format_number,
     format_percent,
+    format_percent_range,
     format_range,
 )
 
@@ -178,8 +179,8 @@ def table_rows(table: Table) -> Iterator[Row]:
         remark = f"maximum {describe_place(table, ends[1])}" if ends[1].value else ""
         if remark and is_constant(own, "stuck_share"):
             remark = describe_extent(table, own, "stuck_share")
-        low, high = (format_value("stuck_share", end.value) for end in ends)
-        yield Row(label_of("stuck_share"), format_range(low, high), remark)
+        words = format_percent_range(*(end.value for end in ends))
+        yield Row(label_of("stuck_share"), words, remark)
     if ends := own.extremes.get("energy_residual"):
         residual = format_number(ends[1].value, digits=2)
         yield Row("energy", f"residual at most {residual}")

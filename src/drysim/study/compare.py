@@ -28,7 +28,7 @@ from drysim.metrics.table import PEAK_STROKE
 from drysim.metrics.text import label_of
 from drysim.scenario.axes import FILE_KEY, Axis
 from drysim.scenario.laws import LAWS
-from drysim.scenario.model import Scenario
+from drysim.scenario.model import WITHOUT_FRICTION, Scenario
 from drysim.scenario.text import describe_cases, describe_range
 from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
@@ -297,7 +297,12 @@ def solve(
     with on_workers(workers) as execute:
         solved = execute(Plan.of(compared, case), case, None, finished)
         batches = [batch for _, batch in solved]
-    left_out = (sentence for name in scenarios for sentence in scenario.omissions(name))
+    left_out = (
+        sentence
+        for name in scenarios
+        for sentence in scenario.omissions(name)
+        if not sentence.endswith(WITHOUT_FRICTION)
+    )
     omissions = [WarningMessage("left-out", sentence) for sentence in left_out]
     table = make_table(scenario, case, Rows(batches), omissions)
     shown = most_deviating_row(table, names, reference)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
@@ -26,6 +27,9 @@ HARD_FOLDER = "hard"
 NAMED_COMMANDS = ("branches", "map")
 """Commands without a block of their own: the comments of their scenarios name them."""
 
+COMPARE_PATTERN = re.compile(r"comparisons such as `(?P<words>drysim compare [^`]+)`")
+"""What the comments of a scenario that is made for comparisons name."""
+
 LOOPS_FOLDER = Path("pictures", "loops")
 """Folder with the pictures of the friction loops."""
 
@@ -45,6 +49,12 @@ class GalleryScenario:
         blocks = (name for name in (FIT_KEY, DESIGN_KEY) if name in document)
         named = (name for name in NAMED_COMMANDS if f"`drysim {name}`" in text)
         return next(chain(blocks, named), "run")
+
+    def command_line(self, file: Path) -> str:
+        """Return the command that the scenario is made for, with a copy of its file."""
+        if said := COMPARE_PATTERN.search(self.file.read_text(encoding="utf-8")):
+            return f"{' '.join(said['words'].replace('#', ' ').split())} --scenario {file}"
+        return f"drysim {self.command} {file}"
 
     @property
     def loop(self) -> Path | None:

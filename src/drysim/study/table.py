@@ -424,7 +424,20 @@ class BestCase(NamedTuple):
             of = f"{self.row.point[FILE_KEY]} being its worst record; {of}"
         if (stuck := self.row.metrics.get("stuck_share") or 0.0) > MOSTLY_STUCK:
             of += f"; stuck for {format_percent(stuck)} of the time"
-        return f"at {self.place(axes)}, {of}"
+        return "; ".join([f"at {self.place(axes)}, {of}", *self._ends(axes)])
+
+    def _ends(self, axes: Sequence[Axis]) -> Iterator[str]:
+        """Yield the keys whose value is an end of their range: a better one may lie beyond."""
+        point = self.row.point if self.row else {}
+        for axis in axes:
+            value = point.get(axis.key)
+            if axis.group or isinstance(value, str) or len(axis.values) < MIN_RANGE:
+                continue
+            if not value or value not in (ends := (min(axis.values), max(axis.values))):
+                continue
+            side = "lower" if value == ends[0] else "upper"
+            where = describe_case({axis.key: value}, axes)
+            yield f"{where} is the {side} end of its range"
 
     def place(self, axes: Sequence[Axis]) -> str:
         """The values of the best case, without the record if it is the best over all."""
@@ -433,6 +446,9 @@ class BestCase(NamedTuple):
             point.pop(FILE_KEY, None)
         return describe_case(point, axes)
 
+
+MIN_RANGE = 3
+"""Least number of values of a key that are a range, in which a better one is sought."""
 
 MOSTLY_STUCK = 0.5
 """Share of the time from which a best case that sticks is said to."""
