@@ -132,6 +132,47 @@ def test_every_picture_that_the_command_writes_is_drawn(saved, kind):
                 result_of(kind).plot(name)
 
 
+def new_figure():
+    """Return an empty figure of matplotlib."""
+    from matplotlib.figure import Figure
+
+    return Figure()
+
+
+@every_kind
+def test_picture_of_one_panel_is_drawn_into_given_axes_and_others_leave_them_empty(saved, kind):
+    for picture in kind_named(kind).pictures:
+        if not (saved(kind) / f"{picture.name}.png").exists():
+            continue
+        result, figure = result_of(kind), new_figure()
+        above, _ = figure.subplots(2)
+        own = result.plot(picture.name)
+        panels = [axes for axes in own.axes if axes.get_label() != "<colorbar>"]
+        if len(panels) > 1:
+            with pytest.raises(UsageError, match="panels, and `ax` can hold one"):
+                result.plot(picture.name, ax=above)
+            assert not above.has_data()
+            assert above.get_title(loc="left") == ""
+        else:
+            assert result.plot(picture.name, ax=above) is figure
+            assert len(above.lines) == len(panels[0].lines) > 0
+            labels = above.get_xlabel(), above.get_ylabel(), above.get_title(loc="left")
+            (other,) = panels
+            assert labels == (
+                other.get_xlabel(),
+                other.get_ylabel(),
+                other.get_title(loc="left"),
+            )
+            assert [text.get_text() for text in above.get_legend().get_texts()]
+            assert len(figure.axes) == 1 + len(own.axes)
+
+
+@pytest.mark.parametrize("value", [[], np.empty(2), "response", {}])
+def test_only_axes_can_be_drawn_into(value):
+    with pytest.raises(UsageError, match="expected axes of matplotlib, not"):
+        result_of("design").plot(ax=value)
+
+
 def test_unknown_picture_or_table_is_an_error_that_names_those_there_are():
     outcome = result_of("run")
     with pytest.raises(UsageError, match=r"no picture `responce` of one case; did you mean `r"):

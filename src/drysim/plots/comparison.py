@@ -238,7 +238,7 @@ def draw_curves(
             _mark_agreement(metric, axes.axhline, axes.axhspan)
             if metric is T_A:
                 sweep.mark_gaps(axes, view, panel)
-            sweep.set_x_axis(axes, view)
+            sweep.set_x_axis(axes, view, is_labelled=style.is_lowest(axes))
             if at == len(view.panels):  # all curves of the column are drawn
                 if metric is not None:
                     axes.set_ylim(bottom=0.0)

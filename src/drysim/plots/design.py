@@ -97,21 +97,21 @@ EXCLUDED_COLOR, LINE_COLOR = EMPTY_COLOR, "#707070"
 BOUNDARY_STYLE: Style = {"color": "black", "linewidth": 1.4}
 
 
-def draw(result: DesignResult) -> Figure:
+def draw(result: DesignResult, ax: Axes | None = None) -> Figure:
     """Return the figure of a design study."""
     if len(result.design.minimise) > 1:
-        figure = draw_front(result)
+        figure = draw_front(result, ax)
     elif len(result.design.vary) == 2:
-        figure, grid = style.panel_grid(1, 1, MAP_HEIGHT)
-        draw_map(result, figure.add_subplot(grid[0, 0]))
+        figure, grid = style.panel_grid(1, 1, MAP_HEIGHT, ax)
+        draw_map(result, ax or figure.add_subplot(grid[0, 0]))
     else:
         count = len(result.design.vary)
         columns = 1 if count == 1 else 2
-        figure, grid = style.panel_grid(ceil(count / columns), columns)
+        figure, grid = style.panel_grid(ceil(count / columns), columns, ax=ax)
         for i, one in enumerate(result.design.vary):
-            axes = figure.add_subplot(grid[i // columns, i % columns])
+            axes = ax or figure.add_subplot(grid[i // columns, i % columns])
             draw_curve(result, axes, one, alone=count == 1)
-    style.finish_figure(figure, heading(result))
+    style.finish_figure(figure, heading(result), ax=ax)
     return figure
 
 
@@ -284,12 +284,13 @@ def pairs(
     return [a.values[one.key] for a in designs], [a.values[other.key] for a in designs]
 
 
-def draw_front(result: DesignResult) -> Figure:
+def draw_front(result: DesignResult, ax: Axes | None = None) -> Figure:
     """Return the figure of two objectives: all designs with the front, and its keys."""
     vary = result.design.vary
     columns = 1 if len(vary) == 1 else 2
     rows = ceil(len(vary) / columns)
-    figure, grid = style.panel_grid(rows + 1, columns, height_ratios=[1.6, *[1.0] * rows])
+    ratios = [1.6, *[1.0] * rows]
+    figure, grid = style.panel_grid(rows + 1, columns, ax=ax, height_ratios=ratios)
     axes = figure.add_subplot(grid[0, :])
     scales, labels = zip(
         *(metric_scale(result, name) for name in result.design.minimise), strict=True

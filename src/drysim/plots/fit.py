@@ -408,7 +408,7 @@ NOTE_WIDTH = 54
 """Characters in a line of a note."""
 
 
-def draw_profiles(result: FitResult) -> Figure:
+def draw_profiles(result: FitResult, ax: Axes | None = None) -> Figure:
     """Return the figure of the profiles: the rise of the sum of squares over each parameter."""
     known = {one.key: one for one in result.profiles}
     parameters = result.parameters
@@ -421,12 +421,14 @@ def draw_profiles(result: FitResult) -> Figure:
     columns = min(len(parameters), PROFILE_COLUMNS)
     upper, lower = ceil(len(drawn) / columns), ceil(len(notes) / columns)
     heights = [PROFILE_HEIGHT] * upper + [NOTE_HEIGHT] * lower
-    figure, grid = style.panel_grid(upper + lower, columns, sum(heights), height_ratios=heights)
+    figure, grid = style.panel_grid(
+        upper + lower, columns, sum(heights), ax, height_ratios=heights
+    )
     for i, one in enumerate(drawn):
-        axes = figure.add_subplot(grid[i // columns, i % columns])
+        axes = ax or figure.add_subplot(grid[i // columns, i % columns])
         draw_profile(axes, one, known[one.key], i % columns == 0)
     for i, one in enumerate(notes):
-        axes = figure.add_subplot(grid[upper + i // columns, i % columns])
+        axes = ax or figure.add_subplot(grid[upper + i // columns, i % columns])
         exact = "exact to rounding: the record has no noise"
         unknown = (
             f"not determined: {one.note}"
@@ -434,10 +436,11 @@ def draw_profiles(result: FitResult) -> Figure:
             else f"95 %: {format_profile_interval(one, 1, format_unit(one.unit))}"
         )
         draw_note(axes, exact if one.deviation else unknown)
-    for axes, one in zip(figure.axes, (*drawn, *notes), strict=True):
+    panels = figure.axes if ax is None else [ax]
+    for axes, one in zip(panels, (*drawn, *notes), strict=True):
         value = format_interval(one.value, half_width(one), format_unit(one.unit))
         set_title(axes, f"{one.key} {value}")
-    style.finish_figure(figure, heading(result))
+    style.finish_figure(figure, heading(result), ax=ax)
     return figure
 
 

@@ -71,10 +71,10 @@ MAX_OUTSIDE = 14
 """Most labels outside the map; smaller regions have none."""
 
 
-def draw(result: RegimeMap) -> Figure:
+def draw(result: RegimeMap, ax: Axes | None = None) -> Figure:
     """Return the figure of a regime map."""
-    figure, grid = style.panel_grid(1, 1, PANEL_HEIGHT)
-    axes = figure.add_subplot(grid[0, 0])
+    figure, grid = style.panel_grid(1, 1, PANEL_HEIGHT, ax)
+    axes = ax or figure.add_subplot(grid[0, 0])
     for which, one in zip("xy", result.axes, strict=True):
         set_axis(axes, which, axis_label(one), one.low, one.high, one.is_log)
     tint(axes, result)
@@ -88,7 +88,7 @@ def draw(result: RegimeMap) -> Figure:
     else:
         write_labels(axes, result)
     axes.grid(visible=False)
-    style.finish_figure(figure, heading(result))
+    style.finish_figure(figure, heading(result), ax=ax)
     return figure
 
 

@@ -33,7 +33,7 @@ MASS_BAR_STYLE: Style = {"color": "#0b3c6f"}
 VISCOUS_STYLE: Style = {"color": "#444444", "linewidth": 1.2, "linestyle": (0, (5, 2))}
 
 
-def draw_bands(outcome: Outcome) -> Figure | None:
+def draw_bands(outcome: Outcome, ax: Axes | None = None) -> Figure | None:
     """Return the figure of the RMS values in bands, None if they were not requested."""
     found = None if outcome.spectra is None else outcome.spectra.bands
     if found is None:
@@ -42,17 +42,17 @@ def draw_bands(outcome: Outcome) -> Figure | None:
     pairs = [("RMS acceleration", found.a_u, found.a_x)]
     if weights is not None and found.a_wu is not None and found.a_w is not None:
         pairs.append((f"weighted {weights[0]}, k {weights[1]:g}", found.a_wu, found.a_w))
-    figure, grid = style.panel_grid(1, len(pairs))
+    figure, grid = style.panel_grid(1, len(pairs), ax=ax)
     numbers, axes = np.arange(len(BANDS)), None
     for i, (what, base, mass) in enumerate(pairs):
-        axes = figure.add_subplot(grid[0, i], sharey=axes)
+        axes = ax or figure.add_subplot(grid[0, i], sharey=axes)
         set_title(axes, f"{what} in one-third octaves [m/s²]")
         axes.bar(numbers, np.nan_to_num(base), width=0.9, **BASE_BAR_STYLE, label="base ü")
         axes.bar(numbers, np.nan_to_num(mass), width=0.5, **MASS_BAR_STYLE, label="mass ẍ")
         axes.set_xticks(numbers[::3], [f"{f:g}" for f in BANDS[::3]])
         axes.set_xlabel("centre frequency [Hz]")
         axes.grid(visible=False, axis="x")
-    style.finish_figure(figure, style.response_heading(outcome))
+    style.finish_figure(figure, style.response_heading(outcome), ax=ax)
     return figure
 
 

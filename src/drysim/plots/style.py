@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from drysim import wording
-from drysim.errors import DrysimError
+from drysim.errors import DrysimError, UsageError
 from drysim.interrupt import deferred_interrupt
 from drysim.metrics.table import METRICS_BY_NAME, PEAK_STROKE
 from drysim.metrics.text import format_labelled, format_metric_ranges
@@ -189,31 +189,58 @@ HANDLE_WIDTH, LEGEND_WIDTH = 0.62 * 72, 8.8 * 72
 
 
 def panel_grid(
-    rows: int, columns: int, height: float | None = None, **options: Any
+    rows: int,
+    columns: int,
+    height: float | None = None,
+    ax: Axes | None = None,
+    **options: Any,
 ) -> tuple[Figure, GridSpec]:
     """Return an empty figure and the grid of its panels.
 
     `height` is that of all rows [inch]; further options are matplotlib's.
+
+    Raises
+    ------
+    UsageError
+        When the picture shall be drawn into `ax`, axes of the user, and has several panels.
     """
     from matplotlib.figure import Figure
 
+    if ax is not None and (panels := rows * columns) > 1:
+        raise panels_error(panels)
     if height is None:
         height = SINGLE_ROW_HEIGHT if rows == 1 else rows * ROW_HEIGHT
     figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
     return figure, figure.add_gridspec(rows, columns, **options)
 
 
+def panels_error(panels: int | str) -> UsageError:
+    """Return the error for a picture of several panels that shall be drawn into axes."""
+    return UsageError(
+        f"this picture has {panels} panels, and `ax` can hold one",
+        "omit `ax`; `plot` returns a figure with all panels",
+    )
+
+
 def finish_figure(
-    figure: Figure, heading: Heading, entries: dict[str, Any] | None = None
+    figure: Figure,
+    heading: Heading,
+    entries: dict[str, Any] | None = None,
+    ax: Axes | None = None,
 ) -> None:
     """Add heading and legend to a figure of `panel_grid`, which becomes higher by as much.
 
     All panels have been drawn. `entries` are the handles of the legend by label, by default
-    those of all panels.
+    those of all panels. Axes of the user, `ax`, have a legend within them and no heading.
     """
-    entries = legend_entries(figure.axes) if entries is None else entries
+    if entries is None:
+        entries = legend_entries(figure.axes if ax is None else [ax])
     most = LEGEND_WIDTH - HANDLE_WIDTH
     entries = {fit_line(label, most): handle for label, handle in entries.items()}
+    if ax is not None:
+        if entries:
+            ax.legend(list(entries.values()), list(entries), fontsize=HEADING_SIZE)
+        return
     columns = _legend_columns([HANDLE_WIDTH + text_width(label) for label in entries])
     lines = ceil(len(entries) / columns)
     above = heading_height(heading)
@@ -316,7 +343,8 @@ def is_lowest(axes: Any) -> bool:
 
 def column_count(axes: Any) -> int:
     """Return the number of columns of panels in the figure of a panel."""
-    return int(axes.get_gridspec().ncols)
+    grid = axes.get_gridspec()  # axes that a user has placed freely have none
+    return 1 if grid is None else int(grid.ncols)
 
 
 def spans_decade(values: Collection[float]) -> bool:

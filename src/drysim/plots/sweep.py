@@ -103,7 +103,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_transmissibility(table: Table) -> Figure:
+def draw_transmissibility(table: Table, ax: Axes | None = None) -> Figure:
     """Return the figure of T_x on the left and T_a on the right, as in the paper.
 
     SEAT is added where the vibration is weighted, or a_w where SEAT is not known.
@@ -111,41 +111,41 @@ def draw_transmissibility(table: Table) -> Figure:
     ends = table.tallies[table.approaches[0]].ends if table.rows else {}
     metrics = [T_X, T_A, *[one for one in (SEAT, A_W) if one.name in ends][:1]]
     if needs_quantiles(table):
-        return draw_quantiles(table, metrics)
+        return draw_quantiles(table, metrics, ax)
     view = sweep_view(table)
     known = [one for one in metrics if any(True for _ in known_values(view, one.of))]
-    return draw_panels(table, view, known or [T_A])
+    return draw_panels(table, view, known or [T_A], ax)
 
 
-def draw_stroke(table: Table) -> Figure | None:
+def draw_stroke(table: Table, ax: Axes | None = None) -> Figure | None:
     """Return the figure of the peak of |x_r|, the stroke limit and its violations.
 
     Under a shock it also shows the peak acceleration of the mass. None for a shock response
     spectrum, whose own figure shows both.
     """
-    return None if has_shock_spectrum(table.axes) else _draw_peaks(table)
+    return None if has_shock_spectrum(table.axes) else _draw_peaks(table, ax)
 
 
-def draw_spectra(table: Table) -> Figure | None:
+def draw_spectra(table: Table, ax: Axes | None = None) -> Figure | None:
     """Return the figure of shock response spectra: peaks over the natural frequency.
 
     None for another sweep.
     """
-    return _draw_peaks(table) if has_shock_spectrum(table.axes) else None
+    return _draw_peaks(table, ax) if has_shock_spectrum(table.axes) else None
 
 
-def _draw_peaks(table: Table) -> Figure:
+def _draw_peaks(table: Table, ax: Axes | None) -> Figure:
     """Return the figure of peak stroke and, if asked for, of peak acceleration."""
     ends = table.tallies[table.approaches[0]].ends if table.rows else {}
     peak = plotted(PEAK_STROKE, ends.get(PEAK_STROKE, (0.0, 0.0))[1])
     shown = asks_for_peak_acceleration(table.scenario) and X_DD.name in ends
     accelerations = [X_DD] * shown
     if needs_quantiles(table):
-        return draw_quantiles(table, [*accelerations, peak])
+        return draw_quantiles(table, [*accelerations, peak], ax)
     # With end stops |x_r| is nearly the same in all cases that reach them.
     stops = table.scenario.law().stops
     stop_metrics = [] if stops is None else [IMPACT_SPEED if stops.rigid else STOP_FORCE]
-    return draw_panels(table, sweep_view(table), [*accelerations, peak, *stop_metrics])
+    return draw_panels(table, sweep_view(table), [*accelerations, peak, *stop_metrics], ax)
 
 
 def _draw_limit(
@@ -549,20 +549,22 @@ NATURAL_FREQUENCY_KEYS = {
 """Keys that change the natural frequency."""
 
 
-def draw_panels(table: Table, view: View, metrics: Sequence[PlottedMetric]) -> Figure:
+def draw_panels(
+    table: Table, view: View, metrics: Sequence[PlottedMetric], ax: Axes | None = None
+) -> Figure:
     """Return the figure of a sweep: a row per panel of the view, and a column per metric."""
     count = len(view.panels)
     coloured = view.line is not None and len(view.panels[0].lines) > MAX_STYLED_LINES
-    figure, grid = style.panel_grid(count, len(metrics))
+    figure, grid = style.panel_grid(count, len(metrics), ax=ax)
     for place, metric in enumerate(metrics):
         first = None
         for at, panel in enumerate(view.panels):
             # All rows share a y-axis, so that they can be compared.
-            axes = first = figure.add_subplot(grid[at, place], sharey=first)
+            axes = first = ax or figure.add_subplot(grid[at, place], sharey=first)
             name = metric.full_title if len(metrics) <= MAX_NAMED_METRICS else metric.symbol
             words = metric.symbol if panel.title else name
             set_row_title(axes, panel.title, words, pad=15)
-            set_x_axis(axes, view)
+            set_x_axis(axes, view, is_labelled=ax is not None or is_lowest(axes))
             draw_curves(axes, view, panel, metric)
             if metric in RATIOS:
                 axes.axhline(1.0, **UNITY_STYLE)
@@ -579,13 +581,14 @@ def draw_panels(table: Table, view: View, metrics: Sequence[PlottedMetric]) -> F
         if not values:
             first.text(0.5, 0.5, "not known", transform=first.transAxes, ha="center")
         _set_y_limits(first, values, allow_log=metric is T_A)
-    entries = style.legend_entries(figure.axes)
+    panels = figure.axes if ax is None else [ax]
+    entries = style.legend_entries(panels)
     if coloured:
         for line in view.panels[0].lines:
             entries.pop(line.label, None)
-        _draw_colorbar(figure, view)
+        _draw_colorbar(panels, view)
     heading = style.table_heading(table, view.left_out, of_stroke=_shows_stroke(metrics))
-    style.finish_figure(figure, heading, entries)
+    style.finish_figure(figure, heading, entries, ax)
     return figure
 
 
@@ -650,13 +653,13 @@ def _mark_natural_frequency(axes: Axes, table: Table, view: View) -> None:
             axes.text(f, 1.01, words, transform=foot, size=8, ha=side)
 
 
-def _draw_colorbar(figure: Figure, view: View) -> None:
+def _draw_colorbar(panels: Sequence[Axes], view: View) -> None:
     """Draw the colour bar of many lines beside all panels."""
     from matplotlib.cm import ScalarMappable
 
     assert view.line is not None
     mappable = ScalarMappable(*color_scale(view.line))
-    bar = figure.colorbar(mappable, ax=figure.axes, aspect=25, pad=0.02)
+    bar = panels[0].figure.colorbar(mappable, ax=panels, aspect=25, pad=0.02)
     bar.set_label(axis_label(view.line))
     if view.line.key == FILE_KEY:
         places, labels = file_ticks(view.line.values)
@@ -860,20 +863,20 @@ NATURAL_FREQUENCY_STYLE: Style = {
 }  # fmt: skip
 
 
-def set_x_axis(axes: Axes, view: View) -> None:
+def set_x_axis(axes: Axes, view: View, is_labelled: bool) -> None:
     """Set scale, limits and label of the x-axis; logarithmic from a decade on."""
     if view.files:
         places, labels = file_ticks(view.files)
         tilt = {"rotation": 30, "ha": "right"} if len(labels) <= FEW_FILES else {"rotation": 90}
         axes.set_xlim(-0.5, len(view.files) - 0.5)
         axes.set_xticks(places, labels, size=8, **tilt)
-        axes.tick_params(labelbottom=is_lowest(axes))
+        axes.tick_params(labelbottom=is_labelled)
         return
     rows = [row for panel in view.panels for line in panel.lines for row in line.rows]
     x = [value for row in rows if not isnan(value := view.x(row))] or [0.0, 1.0]
     low, high = min(x), max(x)
     margin = 0.0 if low < high else 0.5 * abs(low) or 1.0
-    label = view.label if is_lowest(axes) else ""
+    label = view.label if is_labelled else ""
     set_axis(axes, "x", label, low - margin, high + margin, spans_decade(x))
 
 
@@ -897,7 +900,9 @@ def needs_quantiles(table: Table) -> bool:
     )
 
 
-def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
+def draw_quantiles(
+    table: Table, metrics: Sequence[PlottedMetric], ax: Axes | None = None
+) -> Figure:
     """Return the figure of metrics as quantile bands, a column each.
 
     Below each is a map if several keys are swept.
@@ -918,17 +923,17 @@ def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
     if references:
         count_cases(as_batches(table.rows), references[0], reference_histograms)
     shown = [i for i, one in enumerate(histograms) if one.counts.any()] or [len(histograms) - 1]
-    figure, grid = style.panel_grid(1 if across is None else 2, len(shown))
+    figure, grid = style.panel_grid(1 if across is None else 2, len(shown), ax=ax)
     for place, i in enumerate(shown):
         metric = metrics[i]
-        axes = figure.add_subplot(grid[0, place])
+        axes = ax or figure.add_subplot(grid[0, place])
         words = metric.full_title if len(shown) <= MAX_NAMED_METRICS else metric.symbol
         set_title(axes, words)
         draw_quantile_bands(
             axes, histograms[i], reference_histograms[i] if references else None, metric.scale
         )
         draw_reference_level(axes, table, metric)
-        set_bin_axis(axes, "x", bins)
+        set_bin_axis(axes, "x", bins, is_labelled=across is None)
         if across is not None:
             below = figure.add_subplot(grid[1, place])
             set_title(below, f"mean of {words}")
@@ -937,7 +942,8 @@ def draw_quantiles(table: Table, metrics: Sequence[PlottedMetric]) -> Figure:
                 if y_axis is not None and (row := best.row):
                     x, y = row.point[x_axis.key], row.point[y_axis.key]
                     _draw_best(below, label, best, table, x, y)
-    style.finish_figure(figure, style.table_heading(table, of_stroke=_shows_stroke(metrics)))
+    heading = style.table_heading(table, of_stroke=_shows_stroke(metrics))
+    style.finish_figure(figure, heading, ax=ax)
     return figure
 
 
@@ -970,9 +976,9 @@ def draw_reference_level(axes: Axes, table: Table, metric: PlottedMetric) -> Non
         axes.set_ylim(top=max(axes.get_ylim()[1], 1.05 * limit))
 
 
-def set_bin_axis(axes: Axes, which: str, bins: Bins) -> None:
+def set_bin_axis(axes: Axes, which: str, bins: Bins, is_labelled: bool = True) -> None:
     """Set scale, limits and label of an axis over bins."""
-    label = axis_label(bins.axis) if which == "y" or is_lowest(axes) else ""
+    label = axis_label(bins.axis) if is_labelled else ""
     set_axis(axes, which, label, bins.edges[0], bins.edges[-1], bins.is_log)
 
 

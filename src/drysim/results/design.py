@@ -475,6 +475,7 @@ DESIGN = Kind(
             "design",
             "design.draw",
             "Objective of the designs over the varied keys, or front of two objectives",
+            fits_axes=True,
         ),
     ),
     fields=design_fields,

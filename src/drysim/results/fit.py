@@ -264,6 +264,7 @@ FIT = Kind(
             "profiles",
             "fit.draw_profiles",
             "Rise of the sum of squares over each fitted value",
+            fits_axes=True,
         ),
     ),
     fields=fit_fields,

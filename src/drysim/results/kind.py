@@ -54,6 +54,8 @@ class Picture(NamedTuple):
     caption: str
     shown: Callable[[Any], Any] = lambda result: result
     """Returns what is drawn of the result."""
+    fits_axes: bool = False
+    """Whether it may have a single panel; its function then takes axes to draw it into."""
 
 
 @dataclass(frozen=True, kw_only=True)

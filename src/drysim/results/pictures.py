@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from drysim.errors import UsageError
 from drysim.messages import name_hint
 from drysim.results import kind_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from drysim.results.kind import Picture
@@ -24,13 +25,19 @@ def pictures_of(result: AnyResult) -> Iterator[tuple[Picture, Callable[[], Figur
         yield picture, partial(draw, picture, result)
 
 
-def draw(picture: Picture, result: AnyResult) -> Any:
-    """Return a picture of a result as a figure of matplotlib; None if there is none."""
+def draw(picture: Picture, result: AnyResult, ax: Axes | None = None) -> Any:
+    """Return a picture of a result as a figure of matplotlib; None if there is none.
+
+    It is drawn into `ax`, if given and if the picture may have a single panel.
+    """
     module, function = picture.draw.split(".")
-    return getattr(import_module(f"drysim.plots.{module}"), function)(picture.shown(result))
+    axes = [ax] if picture.fits_axes else []
+    return getattr(import_module(f"drysim.plots.{module}"), function)(
+        picture.shown(result), *axes
+    )
 
 
-def plot(result: AnyResult, picture: str | None = None) -> Figure:
+def plot(result: AnyResult, picture: str | None = None, ax: Axes | None = None) -> Figure:
     """Return a picture of a result as a figure of matplotlib.
 
     Parameters
@@ -39,6 +46,9 @@ def plot(result: AnyResult, picture: str | None = None) -> Figure:
         What `run`, `sweep`, `compare`, `fit`, `design`, `branches` or `map_regimes` returned.
     picture : str, optional
         Name of the picture, that of its file; default: the main one.
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw a picture of one panel into, with a legend and without a heading;
+        default: a new figure.
 
     Returns
     -------
@@ -46,12 +56,13 @@ def plot(result: AnyResult, picture: str | None = None) -> Figure:
         As the commands write it: the motion of a run, distributions over seeds,
         transmissibilities of a sweep, approaches side by side, measured and fitted motion,
         the objective of designs, branches of periodic motions, or regimes over two keys.
-        `figure.savefig` writes it.
+        `figure.savefig` writes it. With `ax`, the figure of these axes.
 
     Raises
     ------
     UsageError
-        When the result has no such picture, or nothing to draw in it.
+        When the result has no such picture, or nothing to draw in it, or when a picture of
+        several panels shall be drawn into `ax`.
     """
     kind = kind_of(result)
     pictures = {one.name: one for one in kind.pictures}
@@ -65,8 +76,18 @@ def plot(result: AnyResult, picture: str | None = None) -> Figure:
 
     style.import_matplotlib()
     style.register_with_notebook()
+    if ax is not None:
+        from matplotlib.axes import Axes
+
+        if not isinstance(ax, Axes):
+            raise UsageError(
+                f"expected axes of matplotlib, not {type(ax).__name__}",
+                "pass one of the axes that `plt.subplots` returns",
+            )
+        if not pictures[name].fits_axes:
+            raise style.panels_error("several")
     with style.picture_style():
-        figure: Figure | None = draw(pictures[name], result)
+        figure: Figure | None = draw(pictures[name], result, ax)
     if figure is None:
         raise UsageError(f"there is nothing for the picture `{name}` in this result")
-    return figure
+    return figure if ax is None else cast("Figure", ax.figure)

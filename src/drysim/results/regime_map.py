@@ -185,6 +185,7 @@ MAP = Kind(
             "map",
             "regimes.draw",
             "Regimes of the steady motion over two keys, and the boundaries between them",
+            fits_axes=True,
         ),
     ),
     fields=map_fields,

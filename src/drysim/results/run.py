@@ -396,6 +396,7 @@ RUN = Kind(
             "bands",
             "spectra.draw_bands",
             "Accelerations of base and mass in one-third-octave bands",
+            fits_axes=True,
         ),
     ),
     fields=run_fields,

@@ -71,9 +71,9 @@ class Result:
         """Return the hash of the representation, which equal results share."""
         return hash(repr(self))
 
-    def plot(self, picture: str | None = None) -> Any:
+    def plot(self, picture: str | None = None, ax: Any = None) -> Any:
         """Return a picture of the result, a figure of matplotlib; see `drysim.plot`."""
-        return drysim.plot(self, picture)
+        return drysim.plot(self, picture, ax)
 
     def to_frame(self, table: str | None = None) -> Any:
         """Return a table of the result as a DataFrame of pandas.
