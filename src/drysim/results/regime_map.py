@@ -60,7 +60,7 @@ def summarise(result: RegimeMap) -> Summary:
 def answers(result: RegimeMap) -> Iterator[str]:
     """Yield what the scenario itself does, and the nearest boundaries along the axes."""
     place, units = result.place, {axis.key: axis.unit for axis in result.axes}
-    if motion := result.describe_place():
+    if motion := [*result.describe_place()]:
         yield f"At {describe_point(place.values, units)}: {'; '.join(motion)}."
     for change in place.changes:
         more = "more" if change.distance > 0.0 else "less"

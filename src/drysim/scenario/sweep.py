@@ -11,7 +11,7 @@ condition and the design block are read here as well, because they name keys too
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from glob import glob, has_magic
 from itertools import takewhile
@@ -361,7 +361,7 @@ def _pattern_fault(folder: Path, pattern: str) -> str:
 
 
 def _read_key(
-    reading: Reading, keys: KnownKeys, path: KeyPath, key: str, varied: Iterable[str] = ()
+    reading: Reading, keys: KnownKeys, path: KeyPath, key: str, varied: Collection[str] = ()
 ) -> NumericKey | None:
     """Return the numeric key to vary; None if it has an error.
 

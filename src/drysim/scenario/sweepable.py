@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from itertools import takewhile
 from typing import Any
 
@@ -27,7 +27,7 @@ def sweep_fault(
     document: Mapping[str, Any],
     key: str,
     keys: KnownKeys,
-    varied: Iterable[str] = (),
+    varied: Collection[str] = (),
     block_name: str = SWEEP_KEY,
 ) -> str | None:
     """Return why a key cannot be varied; None if it can.
