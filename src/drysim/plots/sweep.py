@@ -72,7 +72,7 @@ from drysim.scenario.axes import (
     has_shock_spectrum,
     iter_points,
 )
-from drysim.scenario.model import LIMIT_KEYS, Scenario, asks_for_peak_acceleration
+from drysim.scenario.model import LIMIT_KEYS, Scenario, shows_peak_acceleration
 from drysim.scenario.sampling import Distribution, LogNormal, Normal, SampledValues
 from drysim.scenario.text import short_key
 from drysim.study.compare import Comparison
@@ -138,7 +138,7 @@ def _draw_peaks(table: Table, ax: Axes | None) -> Figure:
     """Return the figure of peak stroke and, if asked for, of peak acceleration."""
     ends = table.tallies[table.approaches[0]].ends if table.rows else {}
     peak = plotted(PEAK_STROKE, ends.get(PEAK_STROKE, (0.0, 0.0))[1])
-    shown = asks_for_peak_acceleration(table.scenario) and X_DD.name in ends
+    shown = shows_peak_acceleration(table.scenario) and X_DD.name in ends
     accelerations = [X_DD] * shown
     if needs_quantiles(table):
         return draw_quantiles(table, [*accelerations, peak], ax)

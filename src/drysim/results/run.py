@@ -30,7 +30,7 @@ from drysim.results.tables import (
     join_cells,
     write_csv,
 )
-from drysim.scenario.model import asks_for_peak_acceleration
+from drysim.scenario.model import shows_peak_acceleration
 from drysim.scenario.text import (
     describe_clean_up,
     describe_limits,
@@ -163,7 +163,7 @@ def run_rows(outcome: Outcome) -> Iterator[Row]:
         if stroke.limits.up != stroke.limits.down:
             low, high = (format_length(metrics[name], peak) for name in ("x_r_min", "x_r_max"))
             limit = f"x_r from {format_range(low, high)}; {limit}"
-    if metrics["x_dd_peak"] is not None and asks_for_peak_acceleration(outcome.scenario):
+    if metrics["x_dd_peak"] is not None and shows_peak_acceleration(outcome.scenario):
         yield _metric_value_row(metrics, "x_dd_peak", "both sides of every jump included")
     yield _metric_value_row(metrics, PEAK_STROKE, limit)
     if metrics[HOURLY_STROKE] is not None:

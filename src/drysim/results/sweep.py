@@ -47,7 +47,7 @@ from drysim.results.tables import (
     write_violations,
 )
 from drysim.scenario.axes import DIRECTION_KEY, EXTREME_KEY
-from drysim.scenario.model import asks_for_peak_acceleration
+from drysim.scenario.model import shows_peak_acceleration
 from drysim.scenario.text import (
     describe_axis,
     describe_case,
@@ -169,7 +169,7 @@ def table_rows(table: Table) -> Iterator[Row]:
             yield from widest_interval_row(table.axes, own.seeds, metric)
     if table.has_frequency_curves:
         yield _isolation_row(table, table.isolation)
-    if asks_for_peak_acceleration(table.scenario) and "x_dd_peak" in own.extremes:
+    if shows_peak_acceleration(table.scenario) and "x_dd_peak" in own.extremes:
         yield _range_row(table, own, "x_dd_peak")
     yield from stroke_rows(table, own)
     yield from _hysteresis_rows(table)

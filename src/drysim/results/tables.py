@@ -21,7 +21,7 @@ from drysim.metrics.table import LIMITS, METRICS, ORBIT, STOPS, WEIGHTING
 from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.scenario.axes import TEXT_KEYS
 from drysim.scenario.blocks import SEED_KEY
-from drysim.scenario.model import asks_for, asks_for_peak_acceleration
+from drysim.scenario.model import provides, shows_peak_acceleration
 from drysim.study.statistics import (
     COUNT_METRICS,
     MAX_CACHED_ROWS,
@@ -166,7 +166,7 @@ def requested_metrics(scenario: Scenario) -> list[str]:
     return [
         metric.name
         for metric in METRICS
-        if all(need is LIMITS or asks_for(scenario, need) for need in metric.needs)
+        if all(need is LIMITS or provides(scenario, need) for need in metric.needs)
         and (scenario.has_sides or not metric.by_side)
     ]
 
@@ -179,7 +179,7 @@ def optional_metrics(scenario: Scenario) -> tuple[str, ...]:
         [metric.name for metric in METRICS if WEIGHTING in metric.needs],
         [metric.name for metric in METRICS if STOPS in metric.needs and not metric.by_side],
         [metric.name for metric in METRICS if metric.by_side],
-        ["x_dd_peak"] * asks_for_peak_acceleration(scenario),
+        ["x_dd_peak"] * shows_peak_acceleration(scenario),
     )
     return tuple(name for group in groups for name in group if name in asked)
 

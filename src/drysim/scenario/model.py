@@ -408,14 +408,14 @@ class Scenario(FromFile):
 # Rules between the blocks of a scenario
 
 
-def asks_for(scenario: Scenario, need: Need) -> bool:
+def provides(scenario: Scenario, need: Need) -> bool:
     """Return whether a scenario states what some metrics need."""
     paths = (key.split(".") for key in need.keys)
     values = (getattr(getattr(scenario, block), name, None) for block, name in paths)
     return any(value is not None and value is not False for value in values)
 
 
-def asks_for_peak_acceleration(scenario: Scenario) -> bool:
+def shows_peak_acceleration(scenario: Scenario) -> bool:
     """Return whether results show x_dd_peak: for a shock, and where a check names it."""
     shock = isinstance(scenario.excitation, Shock) or has_shock_spectrum(scenario.sweep)
     return shock or any(check.metric == "x_dd_peak" for check in scenario.checks)

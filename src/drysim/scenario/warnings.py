@@ -32,7 +32,7 @@ from drysim.scenario.axes import (
 )
 from drysim.scenario.blocks import LimitBySide, Stroke
 from drysim.scenario.laws import LAW_KEY, LAWS, excluded_keys
-from drysim.scenario.model import LIMIT_KEYS, Scenario, asks_for
+from drysim.scenario.model import LIMIT_KEYS, Scenario, provides
 from drysim.wording import Point, format_number
 
 MIN_STEPS_PER_PERIOD = 20
@@ -603,7 +603,7 @@ def _lacking_need(scenario: Scenario, check: Check) -> Need | None:
         (
             need
             for need in METRICS_BY_NAME[check.metric].needs
-            if not asks_for(scenario, need) and swept.isdisjoint(need.keys)
+            if not provides(scenario, need) and swept.isdisjoint(need.keys)
         ),
         None,
     )

@@ -32,7 +32,7 @@ from drysim.scenario.axes import Axis, KeyRange, iter_points
 from drysim.scenario.design import DESIGN_KEY, MEAN, Design
 from drysim.scenario.keys import numeric_keys
 from drysim.scenario.laws import LAWS
-from drysim.scenario.model import Scenario, asks_for
+from drysim.scenario.model import Scenario, provides
 from drysim.scenario.text import describe_point
 from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
@@ -462,7 +462,7 @@ def check_metric(scenario: Scenario, name: str, keys: tuple[str | int, ...]) -> 
     if name in FIT_NAMES:
         raise scenario.error(f"{where}: {name} is known to `drysim fit` only", keys)
     for need in METRICS_BY_NAME[name].needs:
-        if not asks_for(scenario, need):
+        if not provides(scenario, need):
             sentence = f"{where}: {name} is not available without {need.name}"
             raise scenario.error(f"{sentence}; give {' or '.join(need.keys)}", keys)
 
