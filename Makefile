@@ -40,10 +40,11 @@ fmt: $(TOOLS) ## put the code into shape
 	$(RUN) ruff check --fix src tests
 	$(RUN) ruff format src tests
 
-lint: $(TOOLS) ## ruff: rules and shape
+lint: $(TOOLS) ## ruff: rules and shape; codespell
 	$(RUN) ruff check src tests
 	$(RUN) ruff check --quiet --preview --select PLW1514 src # each file names its encoding
 	$(RUN) ruff format --check src tests
+	$(RUN) codespell_lib src scenarios README.md
 
 types: $(TOOLS) ## mypy, strict, for Linux, macOS and Windows
 	$(foreach system,linux darwin win32,$(RUN) mypy --platform $(system) --cache-dir .mypy_cache/$(system) &&) true
