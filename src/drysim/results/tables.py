@@ -117,10 +117,11 @@ def key_column(key: str, unit: str) -> Column:
     """Return the column of a swept key; missing for cases whose approach lacks the key."""
     if key in TEXT_KEYS:
 
-        def texts(batch: Batch) -> Values:
-            return [_csv_text(text) for text in batch.points.get(key, [""] * len(batch))]
+        def texts_of(batch: Batch) -> Values:
+            texts = batch.points[key] if key in batch.points else [""] * len(batch)
+            return [_csv_text(text) for text in texts]
 
-        return Column(key, "", texts)
+        return Column(key, "", texts_of)
     return Column(
         key, unit or "-", lambda batch: batch.points.get(key, np.full(len(batch), np.nan))
     )
