@@ -11,7 +11,7 @@ from seat import SEAT
 
 from drysim import output
 from drysim.cli import main
-from drysim.output.folder import add_report, read_sidecar
+from drysim.output.folder import add_report, read_stored_fields
 from drysim.study.gallery import find
 
 SWEEP = "\nsweep: {excitation.frequency: {from: 1, to: 3, count: 3}}\n"
@@ -197,13 +197,13 @@ def test_report_of_a_result_that_was_replaced_meanwhile_changes_nothing(
     assert done.code == 2
     assert "out was replaced by another result while its report was written" in done.err
     assert not Path("out/report.html").exists()
-    assert read_sidecar(Path("out"))["scenario"]["overrides"]
+    assert read_stored_fields(Path("out"))["scenario"]["overrides"]
     assert drysim("run", seat, "--no-plots", "--out", "out").code == 0
 
 
 def test_report_of_the_result_that_is_there_is_added(seat, drysim):
     assert drysim("run", seat, "--no-plots", "--out", "out").code == 0
-    fields = read_sidecar(Path("out"))
+    fields = read_stored_fields(Path("out"))
     add_report(Path("out"), "page", fields)
     assert Path("out/report.html").read_text() == "page"
     output.check_writable(Path("out"))

@@ -207,9 +207,10 @@ def seeds_job(case: Case, workers: int | None, resume: bool, mode: OutputMode) -
 
 def warn_of_replaced_sweep(folder: Path, mode: OutputMode) -> None:
     """Print that a run replaces the table of a sweep, if it does."""
-    from drysim.output.folder import holds_sweep
+    from drysim.output.folder import stored_kind
+    from drysim.study.table import Table
 
-    if holds_sweep(folder):
+    if stored_kind(folder) == Table.kind:
         mode.print_status(f"this run replaces the sweep in {folder}; use --out to keep it")
 
 
@@ -554,9 +555,9 @@ def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
     from drysim.cli.stored import show_stored, stored_warnings
     from drysim.console import terminal
     from drysim.console.summary import show_warnings
-    from drysim.output.folder import read_sidecar, translate_damage
+    from drysim.output.folder import read_stored_fields, translate_damage
 
-    fields = read_sidecar(folder)
+    fields = read_stored_fields(folder)
     with translate_damage(folder):  # a damaged result is found before anything is shown
         show_stored(fields, terminal.PlainConsole(StringIO()))
         warnings = stored_warnings(fields)

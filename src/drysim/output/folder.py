@@ -342,10 +342,9 @@ def abandon_partial(folder: Path, partial: Path) -> str:
     )
 
 
-def holds_sweep(folder: Path) -> bool:
-    """Whether an output folder holds the table of a sweep."""
-    names = ("transmissibility.csv", "transmissibility")
-    return any((folder / name).exists() for name in names)
+def stored_kind(folder: Path) -> str:
+    """Return the name of the kind of result that an output folder holds; empty for none."""
+    return str((_read_marker(folder) or {}).get("kind", ""))
 
 
 def has_report(folder: Path) -> bool:
@@ -515,7 +514,7 @@ def _read_marker(target: Path) -> dict[str, Any] | None:
     )
 
 
-def read_sidecar(folder: Path) -> dict[str, Any]:
+def read_stored_fields(folder: Path) -> dict[str, Any]:
     """Read the drysim.json of a result.
 
     Raises
@@ -608,7 +607,7 @@ def add_report(folder: Path, page: str, fields: dict[str, Any]) -> None:
     """
     with translate_os_errors(folder), exclusive_lock(folder, folder):
         check_report_place(folder)
-        if read_sidecar(folder) != fields:
+        if read_stored_fields(folder) != fields:
             raise OutputError(
                 f"{folder} was replaced by another result while its report was written",
                 "repeat the command",

@@ -32,7 +32,7 @@ from drysim.output.folder import (
     MARKER,
     REPORT_FILE,
     check_report,
-    read_sidecar,
+    read_stored_fields,
     save_report,
     translate_damage,
 )
@@ -570,7 +570,7 @@ def read_result(folder: Path) -> Fields:
     OutputError
         When the folder has none, it is damaged, or the result is not finished.
     """
-    fields, file = read_sidecar(folder), folder / MARKER
+    fields, file = read_stored_fields(folder), folder / MARKER
     if fields.get("exit_code") == EXIT_INTERRUPTED:
         raise OutputError(f"{folder} is not finished", "finish it with --resume")
     with translate_damage(folder):

@@ -97,10 +97,10 @@ def _draw_acceleration(
     not hide a smooth one. A curve with more than twice the total variation of the reference
     lies below the reference.
     """
-    yardstick = result.responses[result.yardstick]
+    reference = result.responses[result.yardstick]
     first, last = _shown_interval(result)
-    label = stuck_label(yardstick.law)
-    intervals = stuck_intervals(yardstick, first, last)
+    label = stuck_label(reference.law)
+    intervals = stuck_intervals(reference, first, last)
     shade_intervals(axes, intervals, f"{label} ({result.yardstick})")
     curves = _curves(result, result.responses, first, last)
     total_variation = {

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from drysim import wording
 from drysim.bench.score import EXACT_BELOW
 from drysim.console.terminal import NO_VALUE
-from drysim.results.fields import sidecar_fields
+from drysim.results.fields import stored_fields
 from drysim.results.kind import File, Kind, Picture, write_scenario
 from drysim.results.tables import column_header, format_cell, join_cells, quote_cell, write_csv
 from drysim.study.summary import Grid, Note, Summary
@@ -136,7 +136,7 @@ def bench_fields(bench: Bench, provenance: Provenance) -> Fields:
     numerics = {"engine": bench.engine, "cases": len(bench.cases)}
     metrics = {panel.scenario.name: _exact_fields(panel) for panel in bench.cases}
     frames = [
-        sidecar_fields(panel, panel.motion, numerics, metrics, provenance)
+        stored_fields(panel, panel.motion, numerics, metrics, provenance)
         for panel in bench.cases
     ]
     cases = [

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drysim import wording
 from drysim.metrics.table import PEAK_STROKE
-from drysim.results.fields import sidecar_fields
+from drysim.results.fields import stored_fields
 from drysim.results.kind import File, Kind, Picture, judgements
 from drysim.results.tables import Values, column_header, format_rows, write_csv
 from drysim.scenario.text import describe_axis, describe_scene
@@ -238,7 +238,7 @@ def branches_fields(result: BranchesResult, provenance: Provenance) -> Fields:
         "residual": result.residual,
         "multiplier_error": result.multiplier_error,
     }
-    return sidecar_fields(result, result.motion, numerics, {}, provenance, branches=found)
+    return stored_fields(result, result.motion, numerics, {}, provenance, branches=found)
 
 
 BRANCHES = Kind(

@@ -12,7 +12,7 @@ from drysim import wording
 from drysim.console.terminal import NO_VALUE
 from drysim.metrics.table import METRICS_BY_NAME, PEAK_STROKE, SHARE
 from drysim.metrics.text import label_of
-from drysim.results.fields import metric_fields, numerics_fields, sidecar_fields
+from drysim.results.fields import metric_fields, numerics_fields, stored_fields
 from drysim.results.kind import File, Kind, Picture, judgements
 from drysim.results.sweep import sweep_scene
 from drysim.results.tables import Column, case_columns, has_means, write_cases
@@ -153,20 +153,20 @@ def write_comparison_csv(result: Comparison, file: Path) -> None:
 
 def comparison_fields(comparison: Comparison, provenance: Provenance) -> Fields:
     """Return the content for a comparison: extremes per approach, deviations, verdict."""
-    table, yardstick = comparison.table, comparison.yardstick
+    table, reference = comparison.table, comparison.yardstick
     numerics = {
         "approaches": table.approaches,
-        "yardstick": yardstick,
+        "yardstick": reference,
         "laws": comparison.laws,
-        **numerics_fields(table, table.tallies.get(yardstick)),
+        **numerics_fields(table, table.tallies.get(reference)),
     }
     metrics = {
         name: {**metric_fields(tally), **_deviation_fields(comparison, name)}
         for name, tally in table.tallies.items()
     }
-    response = comparison.responses.get(yardstick)
+    response = comparison.responses.get(reference)
     motion = table.motion if response is None else response.motion
-    return sidecar_fields(
+    return stored_fields(
         comparison, motion, numerics, metrics, provenance, verdict=comparison.verdict
     )
 

@@ -14,7 +14,7 @@ from drysim.manual.words import DESIGN as DESIGN_WORD
 from drysim.metrics.table import HOURLY_STROKE, METRICS
 from drysim.metrics.table import UNITS as METRIC_UNITS
 from drysim.metrics.text import format_metric, label_of
-from drysim.results.fields import axis_fields, check_fields, sidecar_fields
+from drysim.results.fields import axis_fields, check_fields, stored_fields
 from drysim.results.kind import (
     File,
     Kind,
@@ -437,7 +437,7 @@ def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
         "cases": sum(row.seeds for one in result.candidates for row in one.rows),
         "seeds": result.candidates[0].rows[0].seeds,
     }
-    return sidecar_fields(
+    return stored_fields(
         result, result.motion, numerics, result.metrics, provenance, design=found
     )
 

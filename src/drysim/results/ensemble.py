@@ -13,7 +13,7 @@ from drysim.metrics.text import (
     describe_main_numbers,
     format_value,
 )
-from drysim.results.fields import excitation_fields, sidecar_fields
+from drysim.results.fields import excitation_fields, stored_fields
 from drysim.results.kind import File, Kind, Picture, describe_incomplete, judgements
 from drysim.results.run import RUN, describe_hourly_use, run_scene
 from drysim.results.tables import (
@@ -177,7 +177,7 @@ def ensemble_fields(result: Ensemble, provenance: Provenance) -> Fields:
     motion = result.response.motion
     drawn = excitation_fields(result.shown.scenario, motion) | {"seeds": len(result.rows)}
     more = {"excitation": drawn, "ensemble": _statistics_fields(result)}
-    return sidecar_fields(result, motion, numerics, result.metrics, provenance, **more)
+    return stored_fields(result, motion, numerics, result.metrics, provenance, **more)
 
 
 def _statistics_fields(result: Ensemble) -> Fields:

@@ -2,7 +2,7 @@
 
 The metrics of a sweep and a comparison are extremes with their places, those of an ensemble are
 means and statistics over its seeds. The file contains no absolute path, no user and no host,
-and is strict JSON: `sidecar_fields` collects the fields, `sanitise` and its siblings clean
+and is strict JSON: `stored_fields` collects the fields, `sanitise` and its siblings clean
 values and text.
 """
 
@@ -57,7 +57,7 @@ class Provenance(NamedTuple):
     """Name of each file in the output folder to its SHA-256 (hex)."""
 
 
-def sidecar_fields(
+def stored_fields(
     result: Any,
     motion: Sines | Samples | None,
     numerics: Mapping[str, Any],

@@ -12,7 +12,7 @@ from drysim import wording
 from drysim.manual.words import FIT as FIT_WORD
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.metrics.text import describe_main_numbers
-from drysim.results.fields import sidecar_fields
+from drysim.results.fields import stored_fields
 from drysim.results.kind import File, Kind, Picture, judgements, write_scenario
 from drysim.results.tables import (
     COLUMN_UNITS,
@@ -240,9 +240,7 @@ def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
         "channels": [one._asdict() for one in result.channels],
         "laws": [one._asdict() for one in result.laws],
     }
-    return sidecar_fields(
-        result, result.motion, numerics, result.metrics, provenance, fit=found
-    )
+    return stored_fields(result, result.motion, numerics, result.metrics, provenance, fit=found)
 
 
 FITTED_FILE = "fitted.yaml"

@@ -11,7 +11,7 @@ import numpy as np
 
 from drysim import wording
 from drysim.core.compile import engine
-from drysim.results.fields import sidecar_fields
+from drysim.results.fields import stored_fields
 from drysim.results.kind import File, Kind, Picture, judgements
 from drysim.results.tables import column_header, format_rows, quote_cell, write_csv
 from drysim.scenario.text import describe_point, short_key
@@ -171,9 +171,7 @@ def map_fields(result: RegimeMap, provenance: Provenance) -> Fields:
             ],
         },
     }  # fmt: skip
-    return sidecar_fields(
-        result, result.motion, numerics, result.metrics, provenance, map=found
-    )
+    return stored_fields(result, result.motion, numerics, result.metrics, provenance, map=found)
 
 
 MAP = Kind(

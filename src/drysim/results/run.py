@@ -16,7 +16,7 @@ from drysim.excitation.recorded import Record
 from drysim.metrics.table import EXPOSURE, HOURLY_STROKE, METRICS, PEAK_STROKE, WEIGHTING
 from drysim.metrics.text import describe_main_numbers, format_labelled, format_value, label_of
 from drysim.records.options import SUGGESTED_HIGH_PASS
-from drysim.results.fields import sidecar_fields
+from drysim.results.fields import stored_fields
 from drysim.results.kind import File, Kind, Picture, clean_up_lines, judgements
 from drysim.results.tables import (
     FLAGS,
@@ -354,7 +354,7 @@ def run_fields(outcome: Outcome, provenance: Provenance) -> Fields:
     }
     if outcome.spectra is not None:
         numerics["spectra"] = _spectra_fields(outcome.spectra)
-    return sidecar_fields(
+    return stored_fields(
         outcome, outcome.response.motion, numerics, outcome.metrics, provenance
     )
 

@@ -24,7 +24,7 @@ from drysim.metrics.text import (
     label_of,
 )
 from drysim.results.ensemble import END_STOP_METRICS
-from drysim.results.fields import check_fields, metric_fields, numerics_fields, sidecar_fields
+from drysim.results.fields import check_fields, metric_fields, numerics_fields, stored_fields
 from drysim.results.kind import (
     File,
     Kind,
@@ -553,7 +553,7 @@ def table_fields(table: Table, provenance: Provenance) -> Fields:
             }
             for jump in table.jumps
         ]
-    return sidecar_fields(table, table.motion, numerics, metrics, provenance, **further)
+    return stored_fields(table, table.motion, numerics, metrics, provenance, **further)
 
 
 def _best_fields(best: BestCase) -> Fields:
