@@ -17,19 +17,10 @@ from twin import RECORDED, fit_text, fit_twin, keys, values_of, write_columns, w
 import drysim
 from drysim.parallel import WorkerPool
 from drysim.results.fit import describe_interval
-from drysim.study.fit import (
-    Differentiable,
-    LawFit,
-    LeastSquares,
-    Parameter,
-    ProfilePoint,
-    _profile_end,
-    final_fit,
-    profiles_of,
-    refit_from_profiles,
-    sizes,
-)
+from drysim.study.fit_law import LawFit, Parameter, profiles_of, refit_from_profiles
+from drysim.study.fit_least_squares import Differentiable, LeastSquares, final_fit, sizes
 from drysim.study.fit_model import build_model, fitted_end
+from drysim.study.fit_profiles import ProfilePoint, _profile_end
 from test_bad_input import tree
 from tools.shown import show
 
@@ -834,7 +825,7 @@ def test_end_of_a_profile_is_excluded_and_open_only_where_nothing_is(monkeypatch
         bound = x + sign * random.choice([10.0 ** random.uniform(-6, 3), np.inf])
         bounds = np.array([min(bound, x - sign * np.inf)]), np.array([max(bound, x)])
         monkeypatch.setattr(
-            "drysim.study.fit._profile_point",
+            "drysim.study.fit_profiles._profile_point",
             lambda solution, others, j, at: ProfilePoint(
                 at, rise(abs(at - solution.x[j]), solution.scale), solution.x
             ),

@@ -12,7 +12,7 @@ from golden import GALLERY
 import drysim
 from drysim.plots.fit import draw_fit, draw_profiles, measured_force, shown_part
 from drysim.plots.style import save_picture
-from drysim.study.fit import CHI_SQUARE_95
+from drysim.study.fit_profiles import CHI_SQUARE_95
 
 NAMES = ("fit-seat", "fit-decay", "fit-rig")
 

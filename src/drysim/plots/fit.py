@@ -30,15 +30,9 @@ from drysim.plots.response import (
 from drysim.plots.style import Style, set_title
 from drysim.scenario.fit import CHANNEL_UNITS
 from drysim.scenario.text import short_key
-from drysim.study.fit import (
-    CHI_SQUARE_95,
-    EXACT,
-    ChannelFit,
-    FitResult,
-    Parameter,
-    Profile,
-    format_profile_interval,
-)
+from drysim.study.fit import FitResult, Profile, format_profile_interval
+from drysim.study.fit_law import EXACT, ChannelFit, Parameter
+from drysim.study.fit_profiles import CHI_SQUARE_95
 from drysim.study.statistics import NORMAL_95
 from drysim.wording import (
     display_unit,

@@ -26,13 +26,8 @@ from drysim.results.tables import (
 )
 from drysim.scenario.fit import CHANNEL_UNITS
 from drysim.scenario.text import describe_scene, short_key
-from drysim.study.fit import (
-    EXACT,
-    ChannelFit,
-    FitResult,
-    Parameter,
-    format_profile_interval,
-)
+from drysim.study.fit import FitResult, format_profile_interval
+from drysim.study.fit_law import EXACT, ChannelFit, Parameter
 from drysim.study.summary import BAD, Note, Row, Summary
 from drysim.wording import format_count, format_number, format_percent, format_unit
 

@@ -252,10 +252,6 @@ class RateNet:
         }
         self.least = 0.5 * once  # stands for none in the window: the logarithm needs a number
 
-    def rates_at(self, node: int) -> Rates:
-        """Return the rates of a node."""
-        return self.rates_of_nodes[node]
-
     def crossings(self, field: str) -> Crossings:
         """Return the lines of equal rate on all edges both ends of which have one."""
         labels, logarithms = (

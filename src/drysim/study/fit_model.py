@@ -9,7 +9,7 @@ every friction law is evaluated by the same exact solution.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, product
@@ -277,16 +277,11 @@ class Solved:
         steps = np.diagonal(near) - self.values
         scene = self.model.scene(near)
         numbers = numbers_of(*self.model.moved(scene), count + 1)
-        springs = as_rows(scene.plant[1:], count + 1)
+        springs = np.array([np.broadcast_to(value, count + 1) for value in scene.plant[1:]])
         with np.errstate(invalid="ignore"):
             rates = (numbers[:, :-1] - numbers[:, -1:]) / steps
         rates[~np.isfinite(rates)] = 0.0  # stops and stages that there are not
         return rates, (springs[:, :-1] - springs[:, -1:]) / steps
-
-
-def as_rows(values: Iterable[Any], count: int) -> Floats:
-    """Return numbers, or arrays of so many numbers, as the rows of a matrix."""
-    return np.array([np.broadcast_to(value, count) for value in values])
 
 
 @dataclass(frozen=True)

@@ -900,4 +900,4 @@ def find_place(plane: OrbitPlane | RatePlane, grid: Grid) -> Place:
 
 def rates_of(net: OrbitNet | RateNet, node: int) -> Rates | None:
     """Return the rates of break-aways of a node under random base motion."""
-    return net.rates_at(node) if isinstance(net, RateNet) else None
+    return net.rates_of_nodes[node] if isinstance(net, RateNet) else None

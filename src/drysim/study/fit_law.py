@@ -1,0 +1,363 @@
+"""The fit of one friction law: from all starts to the best solution, and how good it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import NamedTuple
+
+import numpy as np
+
+from drysim.core.model import Floats
+from drysim.parallel import WorkerPool
+from drysim.scenario.fit import CHANNELS
+from drysim.study.fit_least_squares import (
+    BETTER,
+    DIFFERENCE,
+    NULL_SHARE,
+    STATIC_PATHS,
+    STEPS,
+    LeastSquares,
+    Solution,
+    final_fit,
+    is_noise,
+    neighbours,
+    rms,
+    scan,
+    sizes,
+)
+from drysim.study.fit_model import FitModel, Prediction
+from drysim.study.fit_profiles import (
+    CHI_SQUARE_95,
+    PROFILE_TOLERANCE,
+    ParameterProfile,
+    profile_of,
+)
+
+MAX_STARTS = 6
+"""Number of starts that are followed to the end: those with the lowest sums of squares, among
+the closed-form ones and their coarse fits."""
+
+MAX_RESTARTS = 2
+"""Number of times that fits from neighbouring values may lead to another solution, and that
+profiles may."""
+
+AGREE = 1.01
+"""Ratio of sums of squares up to which two starts agree."""
+
+UNKNOWN_SHARE = 0.5
+"""Relative standard deviation from which a parameter is not determined."""
+
+IN_DIRECTION = 0.3
+"""Component from which a parameter belongs to a direction of the parameter space."""
+
+START_STEP = 1e-3
+"""Step of the start state, relative to the motion, within which the mode must not change."""
+
+START_CHANCE, START_WRONG = 12.0, 25.0
+"""Decrease of the sum of squares, in noise variances, from which a start that the file does
+not state is fitted, and from which a stated one is called wrong: by chance one of 400 and of
+250,000 records has as much."""
+
+START_SHARE = 0.9
+"""Ratio of sums of squares below which a fit of the start, too, describes a record better."""
+
+EXACT = 1e-6
+"""Relative error below which residuals are rounding."""
+
+USELESS = 0.8
+"""Relative error from which a fit describes next to nothing; its exit code is 1."""
+
+
+class Parameter(NamedTuple):
+    """A fitted value with its 95 % intervals; None where there is no bound."""
+
+    key: str
+    unit: str
+    value: float
+    deviation: float | None
+    """Standard deviation; None where the record does not determine the value."""
+    low: float | None
+    high: float | None
+    """Interval from the covariance."""
+    profile_low: float | None
+    profile_high: float | None
+    """Interval from the profile."""
+    note: str = ""
+    """What the record does not tell, one sentence; usually empty."""
+    bound: float | None = None
+    """The bound that the value lies at; None for a value between its bounds."""
+
+
+class ChannelFit(NamedTuple):
+    """How well one channel is fitted."""
+
+    name: str
+    noise: float
+    """RMS of the residuals over the selected samples, in SI."""
+    error: float
+    error_held_out: float | None
+    """RMS of the residuals relative to the RMS of the signal [-]."""
+    offset: float | None
+    """Fitted offset of the measured channel, in SI."""
+
+
+def begins_in_motion(solution: Solution, keys: Sequence[str]) -> bool:
+    """Return whether a record shows another start than that of the scenario, as after a cut."""
+    if gain_of_start(solution, keys) > START_CHANCE:
+        return True
+    if is_noise(solution):
+        return False
+    # Far from the solution a linear step shows little.
+    wide, x = with_free_start(solution, keys)
+    p = len(solution.x)
+    x[p:] = wide.model.starts()[0][p:] / wide.scale[p:]
+    return wide.fine(x, STEPS[2:])[0] < START_SHARE * solution.cost
+
+
+def with_free_start(solution: Solution, keys: Sequence[str]) -> tuple[LeastSquares, Floats]:
+    """Return residuals in which the start is fitted, too, and the parameters of a solution."""
+    squares, state = solution.squares, solution.squares.model.scenario.start
+    model = squares.model.with_free_start(keys)
+    more = np.array([model.size_of(key) or 1.0 for key in keys])
+    values = np.array([{"start.x_r": state.x_r, "start.v_r": state.v_r}[key] for key in keys])
+    wide = replace(squares, model=model, scale=np.append(squares.scale, more))
+    return wide, np.append(solution.x, values / more)
+
+
+def gain_of_start(solution: Solution, keys: Sequence[str]) -> float:
+    """Return the decrease of the sum of squares that another start state would bring.
+
+    It is in noise variances, less if neighbouring residuals are alike, and that of a linear
+    step in the start and all parameters together. A start with a small gain biases no
+    parameter by more than a small share of its deviation, as only the first second depends on
+    it.
+    """
+    if not keys or solution.squares.error(solution.x) < EXACT:
+        return 0.0
+    wide, x = with_free_start(solution, keys)
+    p = len(solution.x)
+    steps = np.append(np.zeros(p), np.full(len(keys), START_STEP))
+    mask = solution.smooth & wide.unchanged(x, steps)
+    slopes = wide.over(mask).jacobian(x, DIFFERENCE, wide.bounds)
+    residuals = wide.residuals(wide.solve(x), mask)
+    left = [
+        float(np.sum((residuals - some @ np.linalg.lstsq(some, residuals, rcond=None)[0]) ** 2))
+        for some in (slopes[:, :p], slopes)
+    ]
+    rho = float(np.sum(residuals[1:] * residuals[:-1])) / (float(np.sum(residuals**2)) or 1.0)
+    return (left[0] - left[1]) / max(1.0, (1.0 + rho) / (1.0 - min(rho, 0.999)))
+
+
+@dataclass(frozen=True, eq=False)
+class LawFit:
+    """Solution under one friction law."""
+
+    model: FitModel
+    first: LeastSquares
+    """Residuals in units of the signals, by which all starts are compared."""
+    ends: tuple[Floats, ...]
+    """Scaled parameters to which each start led."""
+    solution: Solution
+
+    @cached_property
+    def values(self) -> Floats:
+        """Fitted values in SI; one that differs from its bound by rounding is the bound."""
+        values: Floats = np.clip(self.solution.x * self.first.scale, *self.model.bounds)
+        for j in range(len(values)):
+            bound = self.bound_of(j, float(values[j]))
+            values[j] = values[j] if bound is None else bound
+        return values
+
+    def bound_of(self, j: int, value: float) -> float | None:
+        """Return the bound that a value of a parameter is at; None between them."""
+        p, scale = self.model.parameters[j], float(self.first.scale[j])
+        return next((end for end in (p.low, p.high) if is_near(value, end, scale)), None)
+
+    @cached_property
+    def prediction(self) -> Prediction:
+        """The fitted motion: all channels, measured or not."""
+        solved = self.model.solve(self.values)
+        assert solved is not None, "the solution was solved before"
+        return solved.prediction(tuple(CHANNELS))
+
+    def residuals(self, name: str, offset: float | None) -> Floats:
+        """Return the measured minus the fitted samples of a channel; 0 beyond the motion."""
+        measured, fitted = self.model.measurement.channels[name], self.prediction
+        difference = measured - fitted.channels[name] - (offset or 0.0)
+        return np.where(fitted.covers, difference, 0.0)
+
+    @cached_property
+    def channels(self) -> tuple[ChannelFit, ...]:
+        """How well each channel is fitted and predicted."""
+        return tuple(map(self.channel_fit, self.model.compared))
+
+    def channel_fit(self, name: str) -> ChannelFit:
+        """Return how well a channel is fitted and predicted."""
+        measured, offset = self.model.measurement.channels[name], None
+        mask, count = self.solution.mask, self.first.count
+        if self.model.has_offset:
+            difference = measured - self.prediction.channels[name]
+            offset = float(difference[:count][mask].mean())
+        size = rms(measured - (offset or 0.0)) or 1.0
+        residuals = self.residuals(name, offset)
+        fitted, rest = residuals[:count], residuals[count:]
+        freedom = max(1, int(mask.sum()) - len(self.model.parameters))
+        noise = float(np.sqrt(np.sum(fitted[mask] ** 2) / freedom))
+        held_out = rms(rest) / size if len(rest) else None
+        return ChannelFit(name, noise, rms(fitted) / size, held_out, offset)
+
+    @property
+    def error(self) -> float:
+        """Error of the worst channel, relative to its signal."""
+        return max(channel.error for channel in self.channels)
+
+    @property
+    def error_held_out(self) -> float | None:
+        """The same over the held-out part; None without one."""
+        errors = [channel.error_held_out for channel in self.channels]
+        return max((error for error in errors if error is not None), default=None)
+
+    @property
+    def starts(self) -> tuple[int, int]:
+        """How many starts led to the solution, and how many there were.
+
+        Static limits do not count, nor samples next to an event: both are settled last, from
+        the best start alone.
+        """
+        static = [p.key.startswith(STATIC_PATHS) for p in self.model.parameters]
+
+        def squares(x: Floats) -> float:
+            same = np.where(static, self.solution.x, x)
+            return float(
+                np.sum(self.first.residuals(self.first.solve(same), self.solution.mask) ** 2)
+            )
+
+        lowest = squares(self.solution.x)
+        agree = sum(squares(x) <= AGREE * lowest + 1e-9 for x in self.ends)
+        return agree, len(self.ends)
+
+    @cached_property
+    def undetermined(self) -> dict[int, tuple[int, ...]]:
+        """The parameters that the record does not determine, each with those it depends on.
+
+        A direction of the parameter space has no effect if its singular value is negligible. A
+        single parameter is not determined if its standard deviation exceeds half of its value,
+        or half of its typical size where 0 is a value like any other.
+        """
+        solution = self.solution
+        about_zero = [
+            self.model.size_of(parameter.key) is not None for parameter in self.model.parameters
+        ]
+        whole = np.where(about_zero, 1.0, sizes(solution.x))
+        _, values, directions = np.linalg.svd(solution.jacobian * whole, full_matrices=False)
+        groups: dict[int, tuple[int, ...]] = {}
+        for value, direction in zip(values, directions, strict=True):
+            group = tuple(np.flatnonzero(np.abs(direction) > IN_DIRECTION).tolist())
+            negligible = value <= NULL_SHARE * values[0]
+            if negligible or (len(group) == 1 and value * UNKNOWN_SHARE <= 1.0):
+                groups |= dict.fromkeys(group, group)
+        return groups
+
+
+def fit_law(
+    model: FitModel, end: float, pool: WorkerPool, finished: Callable[[int], None]
+) -> LawFit:
+    """Return the best solution from all starts.
+
+    Raises
+    ------
+    SolverError
+        If no start can be solved.
+    """
+    starts, shared = model.starts(), (model.motion, model.measurement)  # by all laws
+    first = LeastSquares.starting_from(model, end, starts[0])
+    closed = [start / first.scale for start in starts]
+    if first.solve(closed[0]) is None:
+        model.at(starts[0])  # raises what is wrong with the values
+    candidates = [*closed, *pool.map_in_order(first.coarse, closed, shared)]
+    costs = list(map(first.cost, candidates))
+    order = np.argsort(costs, kind="stable")[:MAX_STARTS]
+    likely = [candidates[i] for i in order]
+    if min(map(first.error, likely)) > USELESS:
+        likely = likely[:1]  # no start is anywhere near
+    followed = []
+    for end_point in pool.map_in_order(first.fine, likely, shared):
+        followed.append(end_point)
+        finished(1)
+    _, x = min(followed, key=lambda pair: pair[0])
+    solution = final_fit(first, x)
+    keys = [key for key in model.fixed_start if key in model.scenario.unstated_start]
+    if keys and begins_in_motion(solution, keys):
+        started = fit_law(model.with_free_start(keys), end, pool, ignore_progress)
+        if started.first.cost(started.solution.x) < first.cost(solution.x):
+            return started
+    for _ in range(MAX_RESTARTS):
+        squares = solution.squares
+        other = scan(squares, solution.x)
+        if other is not None:
+            near = pool.map_in_order(partial(squares.fine, other), ((), STEPS[2:]))
+        elif is_noise(solution) or squares.error(solution.x) > USELESS:
+            break
+        else:
+            near = pool.map_in_order(squares.fine, neighbours(squares, solution.x))
+        cost, x = min(near, key=lambda pair: pair[0])
+        if cost >= BETTER * solution.cost:
+            break
+        solution = final_fit(squares, x)
+    return LawFit(model, first, tuple(x for _, x in followed), solution)
+
+
+def profiles_of(law_fit: LawFit, pool: WorkerPool) -> dict[int, ParameterProfile]:
+    """Return the profiles of the parameters; of those that depend on others there are none.
+
+    Without a motion that resembles the measured one, or without noise, there are none at all.
+    """
+    if law_fit.error > USELESS or law_fit.error < EXACT:
+        return {}
+    groups, every = law_fit.undetermined, range(len(law_fit.model.parameters))
+    free = [j for j in every if not len(groups.get(j, ())) > 1]
+    determined = [j for j in free if j not in groups]
+    profile = partial(profile_of, law_fit.solution, determined)
+    return dict(zip(free, pool.map_in_order(profile, free), strict=True))
+
+
+def refit_from_profiles(
+    law_fit: LawFit, profiles: Mapping[int, ParameterProfile]
+) -> LawFit | None:
+    """Return the fit from the lowest point of the profiles; None if it is no better one."""
+    points = [point for profile in profiles.values() for point in profile.points]
+    lowest = min(points, key=lambda point: point.rise, default=None)
+    if lowest is None or lowest.rise >= -PROFILE_TOLERANCE * CHI_SQUARE_95:
+        return None
+    squares = law_fit.solution.squares
+    _, x = squares.fine(lowest.x, STEPS[2:])
+    solution = final_fit(squares, x)
+    is_better = squares.cost(solution.x) < BETTER * law_fit.solution.cost
+    return replace(law_fit, solution=solution) if is_better else None
+
+
+def with_best_static_limit(law_fit: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit:
+    """Return the fit with the static limit that is best over all samples.
+
+    It is the least one if no other is better by more than a standard deviation: the limit may
+    not matter up to some value, and the lowest sum of squares is then that of chance.
+    """
+    x = law_fit.solution.x.copy()
+    for j, profile in profiles.items():
+        if law_fit.model.parameters[j].key.startswith(STATIC_PATHS):
+            best, least = min(profile.points, key=lambda point: point.rise), profile.points[0]
+            x[j] = least.at if least.rise - best.rise < 1.0 else best.at
+    return replace(law_fit, solution=law_fit.solution._replace(x=x))
+
+
+def ignore_progress(count: int) -> None:
+    """Ignore the progress of a fit."""
+
+
+def is_near(value: float, bound: float | None, scale: float) -> bool:
+    """Return whether a value is at a bound; the least squares stay inside by a little."""
+    if bound is None or not np.isfinite(bound):
+        return False
+    return abs(value - bound) <= 1e-6 * max(abs(bound), scale)

@@ -1,0 +1,226 @@
+"""Warnings about a fit, and the fault of the record that most likely explains a bad one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from drysim.core.model import Floats, Samples
+from drysim.errors import WarningMessage
+from drysim.records.warnings import STANDARD_GRAVITY
+from drysim.scenario.fit import DELAY_KEY, FreeKey
+from drysim.study.fit_law import (
+    EXACT,
+    START_WRONG,
+    USELESS,
+    LawFit,
+    Parameter,
+    gain_of_start,
+    is_near,
+)
+from drysim.study.fit_least_squares import MIN_PART, STEPS, LeastSquares, is_noise, rms
+from drysim.study.fit_model import MIN_SAMPLES, FitModel, FreeParameter, is_decay
+from drysim.study.starting_values import STILL_NOISE, noise_level
+from drysim.wording import format_number, format_unit, join_words
+
+WHITE = 4.0
+"""Autocorrelation of the residuals, times the root of their number, from which they are not
+white."""
+
+FAULT_MARGIN = 2.0
+"""Ratio of the residuals to the noise from which faults of the record are looked for."""
+
+BAD_FIT = 0.3
+"""Relative error that is worth a warning even if no such fault explains it."""
+
+QUICK_SHARE = 0.3
+"""Share of the record on which faults of it are tried."""
+
+WRONG_UNITS = {
+    "x_dd": {
+        STANDARD_GRAVITY: "9.81: it is in g",
+        1.0 / STANDARD_GRAVITY: "9.81: it is not in g",
+    },
+    "x_r": {0.1: "10", 10.0: "10", 1e-3: "1000", 1e3: "1000"},
+}
+"""Factors by which the units of channels are often wrong, in words."""
+
+CLIPPED = "record-clipped"
+"""Warning about samples at the end of the range of a sensor."""
+
+UNKNOWN_FAULT = "check columns, units, signs and time axes, or try another law"
+
+MUCH_BETTER, OBVIOUS = 0.5, 0.1
+"""Ratios of errors from which a fault of the record explains a bad fit: if no other explains it
+better, and in any case."""
+
+
+def fit_warnings(
+    law_fit: LawFit, parameters: Sequence[Parameter], of_records: Sequence[WarningMessage]
+) -> Iterator[WarningMessage]:
+    """Yield the warnings about a fit; of one that describes next to nothing only the cause."""
+    error = law_fit.error
+    if not is_noise(law_fit.solution, FAULT_MARGIN):
+        sentence = f"the fitted motion differs from the measured one by {100 * error:.3g} %"
+        clipped = any(warning.slug == CLIPPED for warning in of_records)
+        unknown = "clipped samples are not those of the motion" if clipped else UNKNOWN_FAULT
+        if cause := likely_fault(law_fit) or (unknown if clipped or error > BAD_FIT else ""):
+            yield WarningMessage("bad-fit", f"{sentence}; {cause}", {"fit_error": error})
+            if error > USELESS:
+                return
+    notes: dict[str, list[str]] = {}
+    for j, (p, free) in enumerate(zip(parameters, law_fit.model.parameters, strict=True)):
+        given = law_fit.model.fit.free.get(p.key, FreeKey())
+        scale = float(law_fit.first.scale[j])
+        if p.note:
+            notes.setdefault(p.note, []).append(p.key)
+        elif is_near(p.value, given.low, scale) or is_near(p.value, given.high, scale):
+            end = format_number(p.value, format_unit(free.unit))
+            sentence = f"{p.key} ends at its bound of {end} in fit.free"
+            yield WarningMessage("at-bound", sentence)
+        elif p.bound == free.low == 0.0:
+            sentence = f"{p.key} ends at 0, its least value: this record shows none of it"
+            yield WarningMessage("at-bound", sentence)
+        elif p.bound is not None:
+            end = format_number(p.bound, format_unit(free.unit))
+            which = "least" if p.bound == free.low else "largest"
+            yield WarningMessage("at-bound", f"{p.key} ends at {end}, its {which} value")
+    for note, keys in notes.items():
+        about = "" if len(keys) > 1 and join_words(keys) in note else f"{join_words(keys)}: "
+        yield WarningMessage("not-determined", f"{about}{note}")
+    stated = law_fit.model.stated_start
+    if gain_of_start(law_fit.solution, stated) > START_WRONG:
+        sentence = f"{describe_wrong_start(stated)}; the intervals may miss the true values"
+        yield WarningMessage("start-differs", sentence)
+    agree, total = law_fit.starts
+    if agree < 2 <= total:
+        many = f"only {agree} of {total} starts led" if agree else f"none of {total} starts led"
+        sentence = (
+            f"{many} to this solution: it may not be the best; give `start` values or bounds"
+        )
+        yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
+    for channel in law_fit.channels:
+        rho = lag_correlation(law_fit, channel.name)
+        count = int(law_fit.solution.mask.sum())
+        if error > EXACT and abs(rho) * np.sqrt(count) > WHITE:
+            factor = format_number(np.sqrt((1.0 + rho) / (1.0 - rho)), digits=2)
+            sentence = (
+                f"the residuals of {channel.name} are not white (correlation of neighbours "
+                f"{rho:.2f}): the intervals are too "
+                + (f"narrow, by a factor of about {factor}" if rho > 0.0 else "wide")
+            )
+            yield WarningMessage("residuals-not-white", sentence, {"correlation": rho})
+
+
+def lag_correlation(law_fit: LawFit, name: str) -> float:
+    """Return the correlation of neighbouring residuals of a channel."""
+    difference, mask = (
+        law_fit.first.differences(law_fit.first.solve(law_fit.solution.x))[name],
+        law_fit.solution.mask,
+    )
+    values = difference - difference[mask].mean()
+    both = mask[1:] & mask[:-1]
+    size = float(np.mean(values[mask] ** 2))
+    if size == 0.0 or not both.any():
+        return 0.0
+    return min(float(np.mean((values[1:] * values[:-1])[both])) / size, 0.999)
+
+
+def likely_fault(law_fit: LawFit) -> str:
+    """Return the most likely fault of a record that is not fitted well; empty if none."""
+    model = law_fit.model
+    if model.fit.measured.is_rig:
+        return ""
+    if is_decay(model.scenario) and (still := samples_at_rest(model)):
+        measured = model.measurement
+        rest = {name: values[still:] for name, values in measured.channels.items()}
+        released = replace(
+            model, measurement=measured._replace(channels=rest, t=measured.t[:-still])
+        )
+        if refitted(law_fit, released)[0] < MUCH_BETTER * law_fit.error:
+            time = format_number(still * measured.dt, "s", 3)
+            return (
+                f"the mass seems to be held for the first {time}: let `window` begin where it "
+                "is released"
+            )
+    uncorrected, best, cause = refitted(law_fit, model)[0], np.inf, ""
+    for fault, other in possible_faults(model):
+        error, values = refitted(law_fit, other, OBVIOUS * uncorrected)
+        if error < best:
+            best, cause = error, fault.format(lag=format_number(values[-1], "s", 3))
+        if best < OBVIOUS * uncorrected:
+            break
+    return cause if best < MUCH_BETTER * min(uncorrected, 1.0) else ""
+
+
+def samples_at_rest(model: FitModel) -> int:
+    """Return the number of samples before the first channel moves beyond its noise."""
+    values = model.measurement.channels[model.compared[0]]
+    count = len(values) - MIN_SAMPLES
+    level = STILL_NOISE * max(noise_level(values[:MIN_SAMPLES]), 1e-6 * float(np.ptp(values)))
+    moves = np.abs(values - np.median(values[:MIN_SAMPLES])) > level
+    still = int(np.argmax(moves))
+    return still if MIN_SAMPLES <= still <= count else 0
+
+
+def possible_faults(model: FitModel) -> Iterator[tuple[str, FitModel]]:
+    """Yield usual faults of a record in words, each with the model in which it is corrected."""
+    measured, motion = model.measurement, model.motion
+
+    def multiplied(name: str, factor: float) -> FitModel:
+        channels = measured.channels | {name: factor * measured.channels[name]}
+        return replace(model, measurement=measured._replace(channels=channels))
+
+    for name in model.compared:
+        yield f"the sign of {name} seems to be wrong: `scale: -1`", multiplied(name, -1.0)
+    whole = isinstance(motion, Samples) and len(measured.t) == len(motion.u_dd)
+    if "x_dd" in measured.channels and isinstance(motion, Samples) and whole:
+        swapped = measured._replace(channels=measured.channels | {"x_dd": motion.u_dd[:]})
+        exchanged = motion._replace(u_dd=measured.channels["x_dd"], u=None)
+        fault = "base and mass seem to be swapped: exchange the columns"
+        yield fault, replace(model, measurement=swapped, motion=exchanged)
+    if stated := model.stated_start:
+        yield describe_wrong_start(stated), model.with_free_start(stated)
+    # Nothing lags behind a base at rest.
+    if DELAY_KEY not in [p.key for p in model.parameters] and not is_decay(model.scenario):
+        far = 20.0 * measured.dt
+        delay = FreeParameter(DELAY_KEY, "s", -far, far, 0.0)
+        fault = "the measured response seems to lag by {lag}: free `measured.delay`"
+        yield fault, replace(model, parameters=(*model.parameters, delay))
+    for name in model.compared:
+        for factor, fault in WRONG_UNITS.get(name, {}).items():
+            fault = f"the unit of {name} seems to be wrong by a factor of {fault}"
+            yield fault, multiplied(name, factor)
+
+
+def describe_wrong_start(stated: Sequence[str]) -> str:
+    """Return that a record begins in another state than stated, and the remedy."""
+    keys = "these keys" if len(stated) > 1 else "this key"
+    return (
+        f"the record does not begin with the stated {join_words(stated)}: without {keys} in "
+        "the file the start is fitted"
+    )
+
+
+def refitted(law_fit: LawFit, model: FitModel, enough: float = 0.0) -> tuple[float, Floats]:
+    """Return relative error and values of a quick fit of another model.
+
+    Up to three starts are followed, until an error is small enough.
+    """
+    t = model.measurement.t
+    end = min(
+        law_fit.first.end, max(QUICK_SHARE * float(t[-1]), float(t[min(MIN_PART, len(t)) - 1]))
+    )
+    best, values = np.inf, np.zeros(len(model.parameters))
+    for start in model.starts()[:3]:
+        squares = LeastSquares.starting_from(model, end, start)
+        scale = squares.scale
+        x = squares.refine(squares.coarse(start / scale), STEPS[:3])
+        error = rms(squares.residuals(squares.solve(x), squares.all_samples))
+        if error < best:
+            best, values = error, x * scale
+        if best < enough:
+            break
+    return best, values
