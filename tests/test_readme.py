@@ -345,3 +345,12 @@ def test_shell_completes_keys_metrics_words_and_pages():
     assert "checks=[T_a < 1, x_r_peak" in options.complete_overrides("checks=[T_a < 1, x_")
     assert {"friction.kinetic", "T_a", "stroke-violated"} <= set(options.complete_words())
     assert options.complete_pages() == list(pages())
+
+
+def test_files_to_add_something_to_are_there():
+    section = pages()["development"].text.partition("## Adding something")[2]
+    root = Path(drysim.__file__).parent
+    files = re.findall(r"`((?:\w+/)+\w+\.(?:py|md))`", section)
+    assert {file.partition("/")[0] for file in files} >= {"metrics", "results", "study", "cli"}
+    for file in files:
+        assert any((base / file).exists() for base in (root, root / "manual", root.parents[1]))

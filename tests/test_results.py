@@ -11,6 +11,7 @@ import math
 import pickle
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pandas
@@ -20,8 +21,13 @@ from seat import SEAT
 
 import drysim
 from drysim.errors import OutputError, UsageError
+from drysim.plots.style import panel_grid
 from drysim.results import KINDS, kind_named
+from drysim.results.fields import header_fields
+from drysim.results.kind import File, Kind, Picture
 from drysim.results.notebook import table_html
+from drysim.study.outcome import Result
+from drysim.study.summary import Summary
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 
@@ -292,3 +298,47 @@ def test_checks_of_a_scenario_are_judged_or_said_to_be_skipped(saved, kind):
     page = (saved(kind) / "report.html").read_text(encoding="utf-8")
     assert "The scenario has no checks" not in page
     assert ("could not be judged" in page) == bool(skipped)
+
+
+@dataclasses.dataclass(frozen=True)
+class Note(Result):
+    """A result of a kind that drysim does not have."""
+
+    text: str
+    kind = "note"
+    checks = warnings = ()
+
+
+def test_kind_is_added_by_its_file_and_a_line(tmp_path, monkeypatch, drysim):
+    note_kind = Kind(
+        name="note",
+        what="a note",
+        files=(File("note.csv", lambda note, file: file.write_text(f"text\n{note.text}\n")),),
+        pictures=(Picture("note", "note.draw", "An empty panel"),),
+        fields=lambda note, provenance: {
+            **header_fields("note", provenance),
+            "scenario": {"name": "note"},
+            "software": {},
+            **{key: {} for key in ("numerics", "metrics")},
+            **{key: [] for key in ("checks", "warnings")},
+            "files": provenance.files,
+        },
+        summary=lambda note: Summary(name="note", scene=(("text", note.text),)),
+        scenario=lambda note: None,
+    )
+    results_file, plots_file = ModuleType("drysim.results.note"), ModuleType("note")
+    results_file.NOTE, plots_file.draw = note_kind, lambda note: panel_grid(1, 1)[0]
+    monkeypatch.setitem(sys.modules, "drysim.results.note", results_file)
+    monkeypatch.setitem(sys.modules, "drysim.plots.note", plots_file)
+    monkeypatch.setitem(KINDS, "note", "note.NOTE")  # the line
+    note = Note("all is well")
+    folder = note.save(tmp_path / "note")
+    names = ["drysim.json", "note.csv", "note.png"]
+    assert sorted(file.name for file in folder.iterdir()) == names
+    assert note.to_frame()["text"].tolist() == ["all is well"]
+    assert note.plot().axes == []
+    assert "all is well" in note._repr_html_()
+    shown = drysim("summarise", folder)
+    assert (shown.code, "all is well" in shown.out) == (0, True)
+    assert note.save(folder, plots=False) == folder  # it is recognised as drysim's
+    assert sorted(file.name for file in folder.iterdir()) == names[:2]
