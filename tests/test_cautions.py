@@ -90,6 +90,27 @@ def test_value_that_is_swept_is_not_held_against_the_file(slugs):
     assert slugs(sweep={"excitation.frequency": [1, 2]}, excitation__frequency=50) == {}
 
 
+def test_damping_that_may_be_a_ratio_is_said(slugs):
+    oscillator = {"mass": 85, "stiffness": 7500, "damping": 0.25}
+    sentence = slugs(oscillator=oscillator)["looks-like-ratio"]
+    assert sentence.startswith(
+        "oscillator.damping 0.25 N·s/m hardly damps 85 kg, ξ is 0.00016;"
+    )
+    assert sentence.endswith("write `damping_ratio: 0.25`")
+    assert "looks-like-ratio" not in slugs(oscillator=oscillator | {"mass": 1e-3})
+    assert "looks-like-ratio" not in slugs(oscillator=oscillator | {"damping": 0})
+
+
+def test_natural_frequency_far_above_that_of_a_mount_is_said(slugs):
+    oscillator = {"mass": 85, "stiffness": 5.6e9, "damping": 500}
+    sentence = slugs(oscillator=oscillator, solver__step=1e-5)["natural-frequency-high"]
+    assert sentence.startswith(
+        "the natural frequency is 1292 Hz, far above that of a mount for"
+    )
+    light = {"mass": 1e-3, "stiffness": 1e5, "damping": 0.1}
+    assert "natural-frequency-high" not in slugs(oscillator=light, solver__step=1e-5)
+
+
 def test_damping_ratio_in_percent_is_said(slugs):
     oscillator = {"mass": 75, "stiffness": 7500, "damping_ratio": 33.3}
     assert "`33.3 %`" in slugs(oscillator=oscillator)["looks-like-percent"]

@@ -662,7 +662,7 @@ def test_seeds_count_their_contacts(tmp_path, drysim):
     fastest, force = (
         max(map(float, columns[name])) for name in ("impact_speed [m/s]", "stop_force_peak [N]")
     )
-    assert f"3 seeds               of 3, at up to {fastest:.4g} m/s with seed" in answer.out
+    assert f"3 of 3 seeds          at up to {fastest:.4g} m/s with seed" in answer.out
     assert f"force up to {force:.4g} N with seed" in " ".join(answer.out.split())
     assert f"end stops for 3 of 3 seeds, at up to {fastest:.4g} m/s for seed" in answer.err
     assert "all 3 seeds: " in answer.out

@@ -264,6 +264,13 @@ HIGH_ACCELERATION = 100.0
 LOW_FREQUENCY = 0.1
 """Natural frequency [Hz] below which the mass is probably in g or the stiffness in N/mm."""
 
+HIGH_FREQUENCY, HEAVY = 500.0, 10.0
+"""Natural frequency [Hz] above which no mount of a mass from 10 kg lies."""
+
+FAINT_DAMPING, MAX_RATIO = 1e-3, 2.0
+"""Damping ratio [-] below which a damper of a heavy mass is as good as none, and damping up to
+which its number may be meant as a ratio."""
+
 HIGH_DAMPING_RATIO = 5.0
 """Damping ratio [-] from which a percentage was probably meant."""
 
@@ -420,14 +427,30 @@ def _percent_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 
 def _oscillator_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of an oscillator that looks like one in other units."""
-    m, k_x, _ = scenario.oscillator.plant()
+    m, k_x, b = scenario.oscillator.plant()
     f_0 = sqrt(k_x / m) / (2 * pi)
+    numbers = {"oscillator.mass": m, "oscillator.stiffness": k_x, "f_0": f_0}
+    if f_0 > HIGH_FREQUENCY and m >= HEAVY:
+        sentence = (
+            f"the natural frequency is {f_0:.4g} Hz, far above that of a mount for {m:g} kg: "
+            f"is oscillator.stiffness, {k_x:g} N/m, in another unit?"
+        )
+        yield WarningMessage("natural-frequency-high", sentence, numbers)
+    given = scenario.oscillator.damping
+    if isinstance(given, float) and m >= HEAVY and k_x > 0 and 0 < given <= MAX_RATIO:
+        ratio = 0.5 * b / sqrt(k_x * m)
+        if ratio < FAINT_DAMPING:
+            sentence = (
+                f"oscillator.damping {given:g} N·s/m hardly damps {m:g} kg, ξ is {ratio:.2g}; "
+                f"if it is the damping ratio, write `damping_ratio: {given:g}`"
+            )
+            yield WarningMessage("looks-like-ratio", sentence, {"oscillator.damping": given})
     if 0 < f_0 < LOW_FREQUENCY and scenario.oscillator.stiffness is not None:
         yield WarningMessage(
             "looks-like-grams",
             f"the natural frequency is {f_0:.3g} Hz: is oscillator.mass in grams (`{m:g} g`) "
             f"or oscillator.stiffness in N/mm (`{k_x:g} N/mm`)?",
-            {"oscillator.mass": m, "oscillator.stiffness": k_x, "f_0": f_0},
+            numbers,
         )
 
 
