@@ -50,18 +50,18 @@ SCENES = {
     "rigid": (PiecewiseLaw(30.0, 40.0, 0.0, 0.5, 8.0), SINE, "pressed", "rigid contact"),
     "stribeck": (DynamicLaw(30.0, 40.0, STRIBECK), SINE, "series", "friction that depends"),
     "lugre": (
-        DynamicLaw(30.0, 40.0, BRISTLE, 1e-2, 2.0, 1e5, 300.0), SAMPLES, "series", "bristles: ",
+        DynamicLaw(30.0, 40.0, BRISTLE, 1e-2, 2.0, 1e5, 300.0), SAMPLES, "series", "for bristles,",
     ),
     "leuven": (
         DynamicLaw(30.0, 40.0, LEUVEN, 1e-2, 2.0, 1e5, 300.0, 0.0, 60.0), SINE, "series",
         "bristles with hysteresis",
     ),
-    "coulomb, sine": (CoulombLaw(30.0, 40.0), SINE, "leap", "sines: "),
-    "varying, sine": (CoulombLaw(30.0, 40.0, 0.5, 8.0), SINE, "leap", "sines: "),
+    "coulomb, sine": (CoulombLaw(30.0, 40.0), SINE, "leap", "under sines"),
+    "varying, sine": (CoulombLaw(30.0, 40.0, 0.5, 8.0), SINE, "leap", "under sines"),
     "varying, samples": (
-        CoulombLaw(30.0, 40.0, 0.5, 8.0), SAMPLES, "leap", "samples and varying",
+        CoulombLaw(30.0, 40.0, 0.5, 8.0), SAMPLES, "leap", "varying friction limits",
     ),
-    "coulomb, samples": (CoulombLaw(30.0, 40.0), SAMPLES, "march", "samples, linear"),
+    "coulomb, samples": (CoulombLaw(30.0, 40.0), SAMPLES, "march", "between samples"),
 }  # fmt: skip
 
 
@@ -72,7 +72,7 @@ def test_the_result_of_a_scene_names_the_algorithm_that_solved_it(name):
     response = StickSlip().solve(PLANT, law, motion, State(0.0, 0.0), 5e-3, 0.9)
     assert (response.numerics.core, response.numerics.why) == (solver.core, solver.why)
     assert solver.core == core
-    assert solver.why.startswith(why)
+    assert why in solver.why
     module = type(response.trajectory.march).__module__
     assert module == f"drysim.approach.{solver.module}"
 

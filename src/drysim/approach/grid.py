@@ -49,7 +49,7 @@ def response_on_grid(trajectory: ExactTrajectory, step: float) -> Response:
     if not has_friction(law):
         approach = "viscous"
         if law.stops is None:
-            why, closest = "no dry friction: closed form in each step", math.inf
+            why, closest = "closed form in each step, no dry friction", math.inf
             evaluate = partial(sliding_points, trajectory, dt)
     grid = Grid(dt, length, partial(base_acceleration_on_grid, motion, dt), evaluate)
     events = events_of_scene(trajectory)

@@ -182,7 +182,7 @@ def solve_linear(plant: Plant, motion: Samples, start: State) -> Response:
     F_L = limit_force(plant, start.x_r, u_dd[0])
     kind = np.array([np.sign(start.v_r) or -np.sign(F_L)], dtype=np.int8)
     events = Events(np.zeros(1), kind, np.array([start.x_r]), np.array([F_L]))
-    why = "no dry friction: closed form in each step, no events"
+    why = "closed form in each step, no dry friction and no events"
     grid = Grid(motion.dt, n, partial(elements, u_dd), partial(linear_points, plant, x_r, v_r))
     numerics = Numerics("viscous", "recursion", why, engine(), n - 1, 1)
     return Response(plant, CoulombLaw(0.0, 0.0), motion, grid, events, numerics)

@@ -137,7 +137,7 @@ class Numerics:
     core : str
         Name of the algorithm that solved the scene.
     why : str
-        Reason for this choice, one sentence.
+        How that algorithm solves it, one phrase.
     engine : str
         `plain` or `compiled`.
     steps : int

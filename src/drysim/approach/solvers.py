@@ -26,9 +26,9 @@ class Solver(NamedTuple):
     Attributes
     ----------
     core : str
-        Its name in results.
+        Its name in `drysim.json`.
     why : str
-        Why it is exact for the scenes that it solves; stated in results.
+        How it solves its scenes; said on screen, in the report and in `drysim.json`.
     module : str
         Module of this package that computes the motion. It is imported on first use, with its
         kernels.
@@ -54,84 +54,84 @@ JORBA_ZOU = "À. Jorba and M. Zou, Exp. Math. 14 (2005) 99"
 SOLVERS = (
     Solver(
         "leap",
-        "sines: closed form from event to event",
+        "closed form from event to event under sines",
         "coulomb",
         DEN_HARTOG,
         lambda law, motion: isinstance(law, CoulombLaw) and isinstance(motion, Sines),
     ),
     Solver(
         "leap",
-        "samples and varying friction limits: closed form in each step, events located",
+        "closed form between samples under varying friction limits, events located",
         "coulomb",
         STICK_SLIP,
         lambda law, _: isinstance(law, CoulombLaw) and law.variation != 0.0,
     ),
     Solver(
         "march",
-        "samples, linear in between: closed form in each step, events located",
+        "closed form between samples, events located",
         "coulomb",
         STICK_SLIP,
         lambda law, _: isinstance(law, CoulombLaw),
     ),
     Solver(
         "bounded",
-        "end stops: closed form from event to event",
+        "closed form from event to event with end stops",
         "piecewise",
         SHAW_HOLMES,
         lambda law, _: law.stops is not None,
     ),
     Solver(
         "contact",
-        "elastic contact: closed form in each mode",
+        "closed form in each mode of an elastic contact",
         "piecewise",
         PETROV_EWINS,
         lambda law, _: law.is_elastic,
     ),
     Solver(
         "directed",
-        "friction or damping by direction: closed form in each mode",
+        "closed form in each mode under friction or damping by direction",
         "piecewise",
         STICK_SLIP,
         lambda law, _: law.is_directed,
     ),
     Solver(
         "pressed",
-        "recorded normal force: closed form in each mode",
+        "closed form in each mode under a recorded normal force",
         "piecewise",
         PETROV_EWINS,
         lambda law, _: law.may_separate and law.force_record is not None,
     ),
     Solver(
         "pressed",
-        "vanishing normal force: closed form in each mode",
+        "closed form in each mode under a vanishing normal force",
         "piecewise",
         PETROV_EWINS,
         lambda law, _: law.may_separate,
     ),
     Solver(
         "pressed",
-        "rigid contact: closed form in each mode",
+        "closed form in each mode of a rigid contact",
         "piecewise",
         STICK_SLIP,
         lambda law, _: isinstance(law, PiecewiseLaw),
     ),
     Solver(
         "series",
-        "friction that depends on speed: Taylor series, zeros of v_r located",
+        "Taylor series for friction that depends on speed, zeros of v_r located",
         "taylor",
         JORBA_ZOU,
         lambda law, _: isinstance(law, DynamicLaw) and law.can_stick,
     ),
     Solver(
         "series",
-        "bristles with hysteresis: Taylor series, zeros of v_r located",
+        "Taylor series for bristles with hysteresis, zeros of v_r located",
         "taylor",
         JORBA_ZOU,
         lambda law, _: isinstance(law, DynamicLaw) and law.kind == LEUVEN,
     ),
     Solver(
         "series",
-        "bristles: Taylor series, zeros of v_r located",
+        "Taylor series for bristles, zeros of v_r located",
         "taylor",
         JORBA_ZOU,
         lambda law, _: isinstance(law, DynamicLaw),

@@ -456,7 +456,7 @@ def evidence(fields: Fields) -> Lines:
         agree, total = (numerics["starts"][name] for name in ("agree", "total"))
         yield "starts", f"{agree} of {total} starting points led to this solution."
     if why := numerics.get("why"):
-        yield "core", f"{numerics['core']}: {why}."
+        yield "solution", f"{why}."
     residual = numerics.get("energy_residual", metrics.get("energy_residual"))
     if residual is not None:
         words = f"{format_number(residual, digits=2)}: {meaning_of_metric('energy_residual')}. "

@@ -84,7 +84,7 @@ def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield from describe_scene(scenario, response.plant, response.law, peak=peak)
     yield "base", scenario.excitation.describe(response.motion)
     yield from clean_up_lines(describe_clean_up(response.motion, response.law))
-    yield "approach", f"{numerics.approach}, {numerics.core} core: {numerics.why}"
+    yield "approach", f"{numerics.approach}: {numerics.why}"
     if numerics.period_multiple is not None:
         count = _period_count(outcome, numerics.period_multiple)
         long = format_count(count, "period")
