@@ -123,10 +123,10 @@ class KineticForce(FrictionLaw):
 
     def with_defaults(self, m: float) -> dict[str, Any]:
         """Return the keys and values of the block with all defaults."""
-        words = super().with_defaults(m)
+        values = super().with_defaults(m)
         if self.mu_kinetic is not None and self.normal is None:
-            words["normal"] = GRAVITY * m
-        return words
+            values["normal"] = GRAVITY * m
+        return values
 
 
 Ratio = Annotated[float, Quantity("", at_least=1)]
@@ -207,8 +207,8 @@ class FrictionLimits(KineticForce):
 
     def with_defaults(self, m: float) -> dict[str, Any]:
         """Return the keys and values of the block with all defaults."""
-        words = super().with_defaults(m)
-        return words if self.static_given else words | {"static_ratio": 1.0}
+        values = super().with_defaults(m)
+        return values if self.static_given else values | {"static_ratio": 1.0}
 
 
 class PositiveForce(KineticForce):
@@ -316,8 +316,8 @@ class Coulomb(FrictionLimits):
 
     @model_validator(mode="after")
     def _check_directions(self) -> Self:
-        one, other = by_direction(self.kinetic)
-        if (one == 0.0) != (other == 0.0):
+        extension, compression = by_direction(self.kinetic)
+        if (extension == 0.0) != (compression == 0.0):
             raise InvalidValue("must be above 0 in both directions, or 0 in both", "kinetic")
         return self
 
@@ -354,10 +354,10 @@ class Coulomb(FrictionLimits):
 
     def with_defaults(self, m: float) -> dict[str, Any]:
         """Return the keys and values of the block with all defaults."""
-        words = super().with_defaults(m)
+        values = super().with_defaults(m)
         if self.normal_record is not None:
-            words.pop("normal", None)
-        return words
+            values.pop("normal", None)
+        return values
 
     def to_law(self, m: float) -> CoulombLaw | PiecewiseLaw:
         """Return the law in forces; the mass m [kg] gives the default normal force."""

@@ -453,7 +453,7 @@ class Part(NamedTuple):
         Its last step, of all.
     scene : Scene
     segments : Segments
-    own : int
+    size : int
         Number of its segments; one more may follow, the start of the next step.
     """
 
@@ -461,7 +461,7 @@ class Part(NamedTuple):
     last: int
     scene: Scene
     segments: Segments
-    own: int
+    size: int
 
     def select(self, which: Any) -> Solution:
         """Return some segments as kernels take them."""
@@ -470,7 +470,7 @@ class Part(NamedTuple):
 
     def near(self, begin: float, end: float) -> Solution:
         """Return the segments that contain a window [s]."""
-        n, s = self.segments.n[: self.own], self.segments.s[: self.own]
+        n, s = self.segments.n[: self.size], self.segments.s[: self.size]
         starts = n * self.scene.dt + s
         first, last = np.searchsorted(starts, (begin, end), "right").tolist()
         return self.select(slice(max(first - 1, 0), last))
@@ -547,10 +547,10 @@ class PiecewiseTrajectory(BaseTrajectory):
             lo = max(first - block.first, 0)
             hi = min(last + 1 - block.first, len(block.u_dd) - 1)
             scene = block.scene
-            for at in range(lo, hi, STEPS_AT_A_TIME):
-                upto = min(at + STEPS_AT_A_TIME, hi)
-                rows, count = block.segments(at, upto)
-                yield Part(block.first * self.dt, block.first + upto - 1, scene, rows, count)
+            for start in range(lo, hi, STEPS_AT_A_TIME):
+                stop = min(start + STEPS_AT_A_TIME, hi)
+                rows, count = block.segments(start, stop)
+                yield Part(block.first * self.dt, block.first + stop - 1, scene, rows, count)
 
     def at(self, t: Floats) -> Points:
         """Return the motion at ascending times [s]."""
@@ -602,8 +602,8 @@ class PiecewiseTrajectory(BaseTrajectory):
         block = self.march.block_at(n)
         smooth = self.law.stops is None and not self.law.is_elastic
         if smooth and block.samples is not None and sample * self.dt == t:
-            at = sample - block.first
-            return float(block.samples.x_r[at]), float(block.samples.v_r[at]), 0.0
+            index = sample - block.first
+            return float(block.samples.x_r[index]), float(block.samples.v_r[index]), 0.0
         t -= block.first * self.dt
         x_r, v_r, F_f = map(float, state_in_step(block.solution, n - block.first, t))
         k_t = self.march.kernel_law.k_t
@@ -632,7 +632,7 @@ class PiecewiseTrajectory(BaseTrajectory):
         x2, v2, x_dd2, power, distance, stuck, stop_work, damper_work, violation = total_of(
             parts
         )
-        known = isinstance(self.motion, Samples) and not self.law.varies
+        has_peak = isinstance(self.motion, Samples) and not self.law.varies
         stops = self.law.stops
         if stops is not None and stops.rigid:
             hits = self.hits()
@@ -641,7 +641,7 @@ class PiecewiseTrajectory(BaseTrajectory):
         squares = base_square_integrals(self.motion, self.march.waves, begin, end)
         law, totals = self.law, Totals(x2, v2, x_dd2, power, distance, stuck, *squares)
         totals = totals._replace(
-            stop_work=stop_work, violation=violation, x_dd_peak=max(peaks) if known else None
+            stop_work=stop_work, violation=violation, x_dd_peak=max(peaks) if has_peak else None
         )
         if law.compression is not None:
             loss = max(law.F_fk, law.compression[0]) * distance
@@ -686,7 +686,7 @@ class PiecewiseTrajectory(BaseTrajectory):
         """Return the largest force of a bumper in a window [N]."""
         forces = [0.0]
         for part in self.parts(begin, end):
-            n, codes = (column[: part.own] for column in (part.segments.n, part.segments.d))
+            n, codes = (column[: part.size] for column in (part.segments.n, part.segments.d))
             touches = np.zeros(int(n[-1]) + 1, dtype=bool)
             for kind in np.flatnonzero(np.bincount(codes + 1)).tolist():
                 if kind - 1 != ARRIVAL and decoded(kind - 1).end_stop != APART:

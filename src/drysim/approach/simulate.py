@@ -107,7 +107,7 @@ def simulate(
             f"{approach} does not model a static limit: F_fs = {law.F_fs:g} N must equal F_fk",
             "leave F_fs out, or choose `stick-slip` or `switch`",
         )
-    if any(one is not None for one in (x_rM, k_s, e)) or to_float("b_s", b_s) != 0.0:
+    if any(argument is not None for argument in (x_rM, k_s, e)) or to_float("b_s", b_s) != 0.0:
         stopped = stop_law(law, x_rM, k_s, b_s, e, start)
         if not method.supports_stops:
             raise UsageError(
@@ -147,7 +147,8 @@ def stop_law(
         raise UsageError("end stops need x_rM and either k_s (bumpers) or e (rigid)")
     x_rM, b_s = to_float("x_rM", x_rM), to_float("b_s", b_s)
     k_s, e = (
-        None if one is None else to_float(name, one) for name, one in (("k_s", k_s), ("e", e))
+        None if argument is None else to_float(name, argument)
+        for name, argument in (("k_s", k_s), ("e", e))
     )
     for name, value in (("x_rM", x_rM), ("k_s", 1.0 if k_s is None else k_s)):
         if not (math.isfinite(value) and value > 0.0):
@@ -224,11 +225,11 @@ def to_array(name: str, argument: ArrayLike, what: str) -> Floats:
         array = np.asarray(argument)
         if array.dtype.kind not in NUMERIC_KINDS:
             array = np.asarray(argument, dtype=object)
-            for at, one in np.ndenumerate(array):
-                if isinstance(one, bool) or not isinstance(one, Real):
-                    which = f"{name}{list(at) if at else ''}"
+            for index, value in np.ndenumerate(array):
+                if isinstance(value, bool) or not isinstance(value, Real):
+                    which = f"{name}{list(index) if index else ''}"
                     raise UsageError(
-                        f"{which} must be a number in SI, not {shorten(repr(one))}"
+                        f"{which} must be a number in SI, not {shorten(repr(value))}"
                     )
         mask = getattr(argument, "mask", None) if isinstance(argument, np.ndarray) else None
         if mask is not None and np.any(mask):
@@ -264,9 +265,9 @@ def check_magnitude(name: str, value: float) -> None:
 def check_samples(u_dd: Floats) -> None:
     """Raise UsageError for the first sample that is not finite or too large."""
     if not (u_dd.min() >= -MAX_MAGNITUDE and u_dd.max() <= MAX_MAGNITUDE):
-        at = int(np.flatnonzero(~(np.abs(u_dd) <= MAX_MAGNITUDE))[0])
-        if not math.isfinite(u_dd[at]):
-            raise UsageError(f"u_dd[{at}] must be a finite number, not {u_dd[at]}")
+        index = int(np.flatnonzero(~(np.abs(u_dd) <= MAX_MAGNITUDE))[0])
+        if not math.isfinite(u_dd[index]):
+            raise UsageError(f"u_dd[{index}] must be a finite number, not {u_dd[index]}")
         raise UsageError(
-            f"u_dd[{at}] must be at most {MAX_MAGNITUDE:g} in size, not {u_dd[at]:g}"
+            f"u_dd[{index}] must be at most {MAX_MAGNITUDE:g} in size, not {u_dd[index]:g}"
         )

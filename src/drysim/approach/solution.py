@@ -560,7 +560,8 @@ class Response:
     def parts(self) -> Iterator[slice]:
         """Return the slices of consecutive blocks of the grid."""
         return (
-            slice(at, min(at + BLOCK_SIZE, len(self))) for at in range(0, len(self), BLOCK_SIZE)
+            slice(start, min(start + BLOCK_SIZE, len(self)))
+            for start in range(0, len(self), BLOCK_SIZE)
         )
 
     def base(self, part: slice) -> Floats:

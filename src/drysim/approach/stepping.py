@@ -42,13 +42,13 @@ def base_on_grid(motion: Sines | Samples, step: float, duration: float | None) -
     """Return ü on the grid, which samples have of their own, as kernels take it."""
     if isinstance(motion, Samples):
         last = len(motion.u_dd) if duration is None else count_grid_points(duration, motion.dt)
-        at, step = motion.u_dd[:last], motion.dt
-        between = 0.5 * (at[:-1] + at[1:])
+        u_dd, step = motion.u_dd[:last], motion.dt
+        between = 0.5 * (u_dd[:-1] + u_dd[1:])
     else:
         assert duration is not None, "sines need a duration"
         n = np.arange(count_grid_points(duration, step), dtype=float)
-        at, between = (base_acceleration(motion, k * step) for k in (n, n[:-1] + 0.5))
-    return BaseOnGrid(as_engine_array(at), as_engine_array(between), step)
+        u_dd, between = (base_acceleration(motion, k * step) for k in (n, n[:-1] + 0.5))
+    return BaseOnGrid(as_engine_array(u_dd), as_engine_array(between), step)
 
 
 def empty_motion_on_grid(start: AnyState, n: int) -> MotionOnGrid:
@@ -62,12 +62,12 @@ def refine_motion(motion: Sines | Samples, substeps: int) -> Sines | Samples:
     """Return the same base motion with each step divided into `substeps`."""
     if isinstance(motion, Sines):
         return motion
-    n, at = len(motion.u_dd), np.arange((len(motion.u_dd) - 1) * substeps + 1) / substeps
-    u_dd = np.interp(at, np.arange(n), motion.u_dd[:])
+    n, position = len(motion.u_dd), np.arange((len(motion.u_dd) - 1) * substeps + 1) / substeps
+    u_dd = np.interp(position, np.arange(n), motion.u_dd[:])
     if motion.u is None:
         return Samples(u_dd, motion.dt / substeps)
-    i = np.minimum(at.astype(int), n - 2)
-    u = interpolate_displacement(motion, i, at - i)
+    i = np.minimum(position.astype(int), n - 2)
+    u = interpolate_displacement(motion, i, position - i)
     return Samples(u_dd, motion.dt / substeps, u)
 
 
@@ -99,9 +99,9 @@ def make_response(
     x_r, v_r, force = map(np.asarray, out[:3])
     if not all(-MAX_STATE < series.min() <= series.max() < MAX_STATE for series in (x_r, v_r)):
         within = (np.abs(x_r) < MAX_STATE) & (np.abs(v_r) < MAX_STATE)
-        at = int(np.flatnonzero(~within)[0])
+        index = int(np.flatnonzero(~within)[0])
         raise SolverError(
-            f"{name} with a step of {dt:.6g} s diverges at t = {at * dt:.6g} s",
+            f"{name} with a step of {dt:.6g} s diverges at t = {index * dt:.6g} s",
             "use a smaller solver.step, or an exact approach",
         )
     x_dd = -(plant.k_x * x_r + plant.b * v_r + force) / plant.m

@@ -103,23 +103,21 @@ def judge(
     """
     if isinstance(answer, str):
         return HardCaseResult(name, FAILED, answer, {}, 0, 0, time)
-    found = (answer.checks, answer.passed, time)
+    verdict, reason, deviations = HELD, "", dict[str, float]()
     if name == EXACT:
         failed = answer.checks - answer.passed
-        reason = f"{failed} of {answer.checks} checks fail" if failed else ""
-        verdict = HELD if answer.checks else NO_CHECKS
-        return HardCaseResult(name, WRONG if failed else verdict, reason, {}, *found)
-    if isinstance(exact, str):
-        return HardCaseResult(
-            name, FAILED, f"no exact solution to compare with: {exact}", {}, *found
-        )
-    deviations = largest_deviations(answer, exact, frictionless)
-    worst = max(deviations, key=lambda metric: abs(deviations[metric]), default="")
-    if not worst or abs(deviations[worst]) <= TOLERANCE:
-        return HardCaseResult(name, HELD, "", deviations, *found)
-    return HardCaseResult(
-        name, WRONG, describe_deviation(worst, deviations[worst]), deviations, *found
-    )
+        if failed:
+            verdict, reason = WRONG, f"{failed} of {answer.checks} checks fail"
+        elif not answer.checks:
+            verdict = NO_CHECKS
+    elif isinstance(exact, str):
+        verdict, reason = FAILED, f"no exact solution to compare with: {exact}"
+    else:
+        deviations = largest_deviations(answer, exact, frictionless)
+        worst = max(deviations, key=lambda metric: abs(deviations[metric]), default="")
+        if worst and abs(deviations[worst]) > TOLERANCE:
+            verdict, reason = WRONG, describe_deviation(worst, deviations[worst])
+    return HardCaseResult(name, verdict, reason, deviations, answer.checks, answer.passed, time)
 
 
 def largest_deviations(
@@ -136,11 +134,11 @@ def largest_deviations(
         else frictionless_answer.metrics
     )
     worst: dict[str, float] = {}
-    for own, reference, frictionless in zip(
+    for metrics, reference, frictionless in zip(
         answer.metrics, exact.metrics, frictionless_metrics, strict=True
     ):
         for metric in COMPARED_METRICS:
-            value, exact_value = own.get(metric), reference.get(metric)
+            value, exact_value = metrics.get(metric), reference.get(metric)
             scale = exact_value or frictionless.get(metric) or 1.0
             if value is not None and exact_value is not None:
                 deviation = (value - exact_value) / scale
@@ -180,7 +178,10 @@ class HardCases(Result):
     def __repr__(self) -> str:
         """Return how many cases each approach holds in one line."""
         held = Counter(
-            one.approach for case in self.cases for one in case.results if one.verdict == HELD
+            result.approach
+            for case in self.cases
+            for result in case.results
+            if result.verdict == HELD
         )
         counts = ", ".join(f"{name} {count}" for name, count in held.items())
         cases = format_count(len(self.cases), "case")
@@ -189,7 +190,10 @@ class HardCases(Result):
     def exit_code(self, strict: bool = False) -> int:
         """Return the exit code: 3 if the exact approach failed, 1 if it was wrong, else 0."""
         verdicts = {
-            one.verdict for case in self.cases for one in case.results if one.approach == EXACT
+            result.verdict
+            for case in self.cases
+            for result in case.results
+            if result.approach == EXACT
         }
         if FAILED in verdicts:
             return EXIT_NUMERICS_FAILED
@@ -215,7 +219,7 @@ def load_scenarios(file: str | None, changes: Sequence[str]) -> list[Scenario]:
         if file
         else [entry.file for entry in gallery.list_scenarios(gallery.HARD_FOLDER)]
     )
-    cases = [load(one, list(changes)) for one in files]
+    cases = [load(path, list(changes)) for path in files]
     for case in cases:
         prepare(case)
     return cases
@@ -247,7 +251,7 @@ def run_case(scenario: Scenario, patience: float, finished: Callable[[], None]) 
     exact, frictionless = answers[EXACT][0], answers["viscous"][0]
     return HardCase(
         scenario,
-        tuple(judge(name, *found, exact, frictionless) for name, found in answers.items()),
+        tuple(judge(name, *answer, exact, frictionless) for name, answer in answers.items()),
     )
 
 
@@ -256,10 +260,10 @@ def solve_case(scenario: Scenario, name: str) -> CaseMetrics:
     from drysim.study.run import solve  # needed to solve, not to write files
 
     motions, checks = MotionCache(), []
-    found: list[Metrics] = []
+    metrics: list[Metrics] = []
     for point in iter_points(scenario.sweep):
         scenario_at_point = scenario.at(point).with_approach(name)
         outcome = solve(assemble(scenario_at_point, motions.of(scenario_at_point)))
-        found.append(outcome.metrics)
+        metrics.append(outcome.metrics)
         checks += [verdict for verdict in outcome.checks if verdict.passed is not None]
-    return CaseMetrics(found, len(checks), sum(verdict.passed is True for verdict in checks))
+    return CaseMetrics(metrics, len(checks), sum(verdict.passed is True for verdict in checks))

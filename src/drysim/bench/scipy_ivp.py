@@ -129,19 +129,19 @@ def advance_stick(work: Work, state: SlipState, x_out: Floats) -> SlipState:
     m, F_k = work.plant.m, work.plant.k_x * state.x_r
     t, u_dd = work.extrema
     end, t_break_away = work.samples, work.end
-    at = int(np.searchsorted(t, state.t, side="right"))
-    while at < len(t):
-        exceeds = np.abs(m * u_dd[at : at + LOOKAHEAD] + F_k) > work.law.F_fs
+    extremum = int(np.searchsorted(t, state.t, side="right"))
+    while extremum < len(t):
+        exceeds = np.abs(m * u_dd[extremum : extremum + LOOKAHEAD] + F_k) > work.law.F_fs
         if exceeds.any():
-            at += int(exceeds.argmax())
+            extremum += int(exceeds.argmax())
             t_break_away = break_away_time(
-                work, state, max(state.t, float(t[at - 1])), float(t[at])
+                work, state, max(state.t, float(t[extremum - 1])), float(t[extremum])
             )
             end = max(
                 state.n, int(np.searchsorted(work.grid[:-1], t_break_away, side="right")) - 1
             )
             break
-        at += LOOKAHEAD
+        extremum += LOOKAHEAD
     x_out[state.n + 1 : end + 1] = state.x_r
     return SlipState(t_break_away, state.x_r, 0.0, end)
 
@@ -248,15 +248,15 @@ def entries(work: Work) -> Iterator[Entry]:
     for setting in EVENT_SETTINGS[:: 3 if isinstance(work.motion, Samples) else 1]:
         yield event_entry(*setting)
     for method, tolerance, c in SMOOTHED_SETTINGS:
-        words = f"{method}, {format_number(tolerance)}, tanh c {format_number(c)}"
+        text = f"{method}, {format_number(tolerance)}, tanh c {format_number(c)}"
         ready = on_smoothed_law(method, tolerance, c)
-        yield Entry("solve_ivp tanh", words, ready, omitted=omitted(work))
+        yield Entry("solve_ivp tanh", text, ready, omitted=omitted(work))
 
 
 def event_entry(method: Method, tolerance: float) -> Entry:
     """Return the entry of a method with located events and a relative tolerance."""
-    words = f"{method}, {format_number(tolerance)}"
-    return Entry("solve_ivp events", words, with_events(method, tolerance))
+    setting = f"{method}, {format_number(tolerance)}"
+    return Entry("solve_ivp events", setting, with_events(method, tolerance))
 
 
 def reference_entry() -> Entry:
@@ -310,20 +310,20 @@ class RestartedSolver:
     ) -> tuple[SlipState, bool]:
         """Integrate a slip phase in direction d; see `SlipIntegrator`."""
         last = min(begin.n + (1 if self.sampled else CHUNK_SAMPLES), self.work.samples)
-        found = self._solve(begin, d, last)
-        if not found.success:
-            raise SolverError(f"solve_ivp at t = {begin.t:.6g} s: {found.message}")
-        stopped = found.status == 1
+        solution = self._solve(begin, d, last)
+        if not solution.success:
+            raise SolverError(f"solve_ivp at t = {begin.t:.6g} s: {solution.message}")
+        stopped = solution.status == 1
         if self.sampled:
             n = begin.n + (not stopped)
             if not stopped:
-                x_out[n], v_out[n] = found.y[:, -1]
+                x_out[n], v_out[n] = solution.y[:, -1]
         else:
-            n = begin.n + len(found.t)
+            n = begin.n + len(solution.t)
             if n > begin.n:  # scipy returns lists instead of arrays if a stop comes first
-                x_out[begin.n + 1 : n + 1], v_out[begin.n + 1 : n + 1] = found.y
+                x_out[begin.n + 1 : n + 1], v_out[begin.n + 1 : n + 1] = solution.y
         if stopped:
-            t, (x_r, _) = float(found.t_events[0][0]), found.y_events[0][0].tolist()
+            t, (x_r, _) = float(solution.t_events[0][0]), solution.y_events[0][0].tolist()
             return SlipState(t, x_r, 0.0, n), True
         return SlipState(self.grid[last], float(x_out[last]), float(v_out[last]), last), False
 
@@ -362,12 +362,12 @@ class RestartedSolver:
 
         stop.terminal, stop.direction = True, -d  # type: ignore[attr-defined]
         minimum.direction = d  # type: ignore[attr-defined]
-        found = solved(self.grid[last])
-        for t, y in zip(found.t_events[1], found.y_events[1], strict=True):
+        solution = solved(self.grid[last])
+        for t, y in zip(solution.t_events[1], solution.y_events[1], strict=True):
             if d * y[1] < 0.0:
                 until = solved(float(t))
-                return until if until.status == 1 else found
-        return found
+                return until if until.status == 1 else solution
+        return solution
 
 
 def longest_step(work: Work) -> float:
@@ -413,13 +413,13 @@ def on_smoothed_law(method: Method, tolerance: float, c: float) -> Callable[[Wor
             return v_r, -base(t) - (k_x * x_r + b * v_r + F_f) / m
 
         def run() -> Answer:
-            found = solve_ivp(
+            solution = solve_ivp(
                 rates, (0.0, work.end), list(work.start), method, grid, rtol=tolerance,
                 atol=tolerance * motion_scale(work), max_step=10 * work.step,
             )  # fmt: skip
-            if not found.success:
-                raise SolverError(f"solve_ivp: {found.message}")
-            return smoothed_answer(work, found.y[0], found.y[1], c)
+            if not solution.success:
+                raise SolverError(f"solve_ivp: {solution.message}")
+            return smoothed_answer(work, solution.y[0], solution.y[1], c)
 
         return run
 

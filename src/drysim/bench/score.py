@@ -48,7 +48,7 @@ class Score:
     ----------
     approach, setting : str
         The entry.
-    own : bool
+    by_drysim : bool
         Whether it is an approach of drysim.
     step : float or None
         Time step [s]; None if adaptive.
@@ -75,7 +75,7 @@ class Score:
 
     approach: str
     setting: str
-    own: bool
+    by_drysim: bool
     step: float | None
     samples: int
     repeats: int = 0
@@ -103,7 +103,7 @@ class BenchCase:
     scenario : Scenario
     motion : Sines or Samples or None
         Base motion; None if it differs from case to case.
-    words : tuple of (str, str)
+    scene : tuple of (str, str)
         Description of the work: labels and text.
     scores : tuple of Score
         drysim's approaches first, then the peers.
@@ -118,7 +118,7 @@ class BenchCase:
 
     scenario: Scenario
     motion: Sines | Samples | None = field(compare=False)
-    words: tuple[tuple[str, str], ...]
+    scene: tuple[tuple[str, str], ...]
     scores: tuple[Score, ...]
     lfilter: float
     reference: Score | None
@@ -161,7 +161,9 @@ class Bench(Result):
     def warnings(self) -> tuple[WarningMessage, ...]:
         """Warnings of all cases, without duplicates."""
         return tuple(
-            {one.sentence: one for panel in self.cases for one in panel.warnings}.values()
+            {
+                warning.sentence: warning for panel in self.cases for warning in panel.warnings
+            }.values()
         )
 
 
@@ -226,12 +228,12 @@ class Reference:
         if answer.x_r.shape != (points,) or not np.isfinite(answer.x_r).all():
             raise SolverError("the result has missing or non-finite values")
         off = float(np.abs(answer.x_r - self.x_r[:points]).max()) / self.scale
-        own, exact = _rms(work.acceleration(answer)), _rms(self.x_dd[:points])
-        return off, own / exact - 1.0 if exact else None
+        rms, exact = _rms(work.acceleration(answer)), _rms(self.x_dd[:points])
+        return off, rms / exact - 1.0 if exact else None
 
-    def max_difference(self, one: Answer, other: Answer) -> float:
+    def max_difference(self, answer: Answer, other: Answer) -> float:
         """Return the maximum difference of x_r of two answers, relative to `scale` [-]."""
-        return float(np.abs(one.x_r - other.x_r).max()) / self.scale
+        return float(np.abs(answer.x_r - other.x_r).max()) / self.scale
 
     def symptoms(self, work: Work, answer: Answer) -> tuple[bool, bool]:
         """Return whether an answer chatters and whether it moves in stick phases.
@@ -291,7 +293,7 @@ class Setting(NamedTuple):
     """An approach, its options as text, and the numbers of steps per sample."""
 
     approach: Approach
-    words: str
+    options: str
     finer: tuple[int, ...] = (1,)
 
 
@@ -317,12 +319,12 @@ def approach_settings() -> Iterator[Setting]:
 
 def entries(work: Work) -> Iterator[Entry]:
     """Yield drysim's entries for a work; each solves the law its approach supports."""
-    for approach, words, substeps in approach_settings():
+    for approach, options, substeps in approach_settings():
         for count in substeps:
-            yield make_entry(work, approach, words, count)
+            yield make_entry(work, approach, options, count)
 
 
-def make_entry(work: Work, approach: Approach, words: str, count: int) -> Entry:
+def make_entry(work: Work, approach: Approach, setting: str, count: int) -> Entry:
     """Return the entry of an approach with one setting, in words, and `count` steps per sample.
 
     It solves the law that the approach supports.
@@ -336,12 +338,14 @@ def make_entry(work: Work, approach: Approach, words: str, count: int) -> Entry:
         step = work.step / count
 
         def run() -> Answer:
-            found = approach.solve(work.plant, law, motion, work.start, step, duration)
+            response = approach.solve(work.plant, law, motion, work.start, step, duration)
             part = slice(None, None, count)
-            return Answer(found.x_r[part], found.v_r[part], lambda: found.F_f[part], found)
+            return Answer(
+                response.x_r[part], response.v_r[part], lambda: response.F_f[part], response
+            )
 
         return run
 
     points = count * approach.substeps(work.plant, law, work.step / count)
     step = None if isinstance(approach, ExactApproach) else work.step / points
-    return Entry(name, words, ready, step, points, True, work.scenario.omissions(name))
+    return Entry(name, setting, ready, step, points, True, work.scenario.omissions(name))

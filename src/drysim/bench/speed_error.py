@@ -15,7 +15,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from drysim.approach import EXACT
 from drysim.bench import score
 from drysim.bench.scipy_ivp import reference_entry, second_run, unsupported_law
-from drysim.bench.score import EXACT_BELOW, Bench, BenchCase, Reference, Score, verdict
+from drysim.bench.score import (
+    EXACT_BELOW,
+    Bench,
+    BenchCase,
+    ErrorPair,
+    Reference,
+    Score,
+    verdict,
+)
 from drysim.bench.timing import (
     MIN_JOB_TIME,
     TIME_LIMIT,
@@ -90,13 +98,15 @@ def load_scenarios(file: str | None, changes: Sequence[str], swept: bool) -> lis
     """
     if file is not None:
         return [load(file, list(changes))]
-    known = STEADY_SCENARIOS if swept else BENCH_SCENARIOS
-    return [load(gallery.find(name).file, [*own, *changes]) for name, own in known]
+    scenarios = STEADY_SCENARIOS if swept else BENCH_SCENARIOS
+    return [
+        load(gallery.find(name).file, [*overrides, *changes]) for name, overrides in scenarios
+    ]
 
 
 def time_history_bench(inputs: Sequence[Scenario], options: BenchOptions) -> PreparedBench:
     """Prepare the benchmark of one time history per scenario."""
-    works = [make_work(one, options.samples) for one in inputs]
+    works = [make_work(scenario, options.samples) for scenario in inputs]
     cases = [
         {"name": work.scenario.name, "samples": work.samples, "step": work.step,
          "entries": len(entries(work, options))}
@@ -108,7 +118,7 @@ def time_history_bench(inputs: Sequence[Scenario], options: BenchOptions) -> Pre
 
 def steady_state_bench(inputs: Sequence[Scenario], options: BenchOptions) -> PreparedBench:
     """Prepare the benchmark of the steady states in the sweep of every scenario."""
-    ready = [prepare_sweep(one) for one in inputs]
+    ready = [prepare_sweep(scenario) for scenario in inputs]
     cases = [
         {"name": case.scenario.name, "steady_states": count_points(case.scenario.sweep),
          "entries": count_entries(case, options)}
@@ -127,7 +137,7 @@ def bench_runner(
 
     def run(finished: Job) -> Bench:
         choose_engine(MAX_PLAIN_STEPS + 1)
-        cases = tuple(make_case(one, options, finished) for one in inputs)
+        cases = tuple(make_case(task, options, finished) for task in inputs)
         return Bench(cases, engine())
 
     return run
@@ -141,12 +151,12 @@ def entries(work: Work, options: BenchOptions) -> list[Entry]:
     return with_peers(score.entries(work), work, options)
 
 
-def with_peers(own: Iterable[Entry], work: Work, options: BenchOptions) -> list[Entry]:
+def with_peers(own_entries: Iterable[Entry], work: Work, options: BenchOptions) -> list[Entry]:
     """Return entries with those of all peers and the reference, if these support the law."""
     if unsupported_law(work.law):
-        return list(own)
+        return list(own_entries)
     peers = (entry for peer in options.peers for entry in peer.entries(work))
-    return [*own, *peers, reference_entry()]
+    return [*own_entries, *peers, reference_entry()]
 
 
 def bench_case(work: Work, options: BenchOptions, finished: Job) -> BenchCase:
@@ -188,9 +198,15 @@ def bench_case(work: Work, options: BenchOptions, finished: Job) -> BenchCase:
         *work_warnings(work, all_entries),
         *reference_warnings(scores[0], reference_score),
     )
-    found = (tuple(scores), lfilter_time, reference_score, warnings)
+    scene = tuple(describe_work(work, lfilter_time))
     return BenchCase(
-        work.scenario, work.motion, tuple(describe_work(work, lfilter_time)), *found
+        work.scenario,
+        work.motion,
+        scene,
+        tuple(scores),
+        lfilter_time,
+        reference_score,
+        warnings,
     )
 
 
@@ -211,10 +227,11 @@ def describe_lfilter(time: float) -> tuple[str, str]:
     return "lfilter", f"{format_number(time, 'ns', 3)} per sample, the unit of all ratios"
 
 
-def score_of(entry: Entry, samples: int = 0, words: str = "") -> Score:
+def score_of(entry: Entry, samples: int = 0, verdict: str = "") -> Score:
     """Return a score of an entry with a verdict, without errors and times."""
-    known = (entry.approach, entry.setting, entry.own, entry.step, samples)
-    return Score(*known, verdict=words)
+    return Score(
+        entry.approach, entry.setting, entry.by_drysim, entry.step, samples, verdict=verdict
+    )
 
 
 def score_answer(entry: Entry, prepared: ReadyEntry | str, reference: Reference) -> Score:
@@ -226,9 +243,9 @@ def score_answer(entry: Entry, prepared: ReadyEntry | str, reference: Reference)
         errors = reference.errors(*scene)
     except DrysimError as fault:
         return score_of(entry, samples, f"failed, {fault}")
-    words = verdict(errors, reference.symptoms(*scene), bool(entry.omitted))
+    symptoms = reference.symptoms(*scene)
     return replace(
-        score_of(entry, samples, words),
+        score_of(entry, samples, verdict(errors, symptoms, bool(entry.omitted))),
         error_x_r=errors[0],
         error_T_a=errors[1],
         energy_residual=energy_residual_of(*scene),
@@ -243,15 +260,16 @@ def with_uncertainty(score: Score, ready: ReadyEntry, reference: Reference) -> S
     """
     second = try_within(lambda: second_run(ready.work), TIME_LIMIT)
     if isinstance(second, str):
-        words = f"failed, second run: {second}"
-        return replace(score, error_x_r=None, error_T_a=None, verdict=words)
+        return replace(
+            score, error_x_r=None, error_T_a=None, verdict=f"failed, second run: {second}"
+        )
     score = replace(score, uncertainty=reference.max_difference(ready.answer, second))
     if score.in_doubt:
         return replace(score, verdict=f"in doubt, {describe_difference(score)}")
-    own, exact = ready.answer.stops, int((reference.stops <= ready.work.end).sum())
-    if (score.error_x_r or 0.0) <= EXACT_BELOW or own == exact or not ready.work.law.F_fk:
+    stops, exact = ready.answer.stops, int((reference.stops <= ready.work.end).sum())
+    if (score.error_x_r or 0.0) <= EXACT_BELOW or stops == exact or not ready.work.law.F_fk:
         return score
-    return replace(score, verdict=f"{score.verdict}; {own} stops, {exact} by stick-slip")
+    return replace(score, verdict=f"{score.verdict}; {stops} stops, {exact} by stick-slip")
 
 
 def energy_residual_of(work: Work, answer: Answer) -> float | None:
@@ -270,22 +288,21 @@ def score_exact(
 
     Without a reference the verdict rests on its own error estimate, or on its energy balance.
     """
+    errors: ErrorPair = None, None
     if reference_score is not None and reference_score.in_doubt:
-        words = f"in doubt, {describe_difference(reference_score)}"
-        return replace(exact, error_x_r=None, error_T_a=None, verdict=words)
-    if reference_score is not None and reference_score.error_x_r is not None:
-        own_error, T_a = reference_score.error_x_r, reference_score.error_T_a
-        words = verdict((own_error, T_a), (False, False), False)
-        return replace(exact, error_x_r=own_error, error_T_a=T_a, verdict=words)
-    if stated_error is not None:
-        word = verdict((stated_error, None), (False, False), False).partition(",")[0]
-        words = f"{word}, by its own error estimate"
-        return replace(exact, error_x_r=stated_error, error_T_a=None, verdict=words)
-    closed = (exact.energy_residual or 0.0) <= EXACT_BELOW
-    words = (
-        "exact by its energy balance" if closed else "wrong, its energy balance is not closed"
-    )
-    return replace(exact, error_x_r=None, error_T_a=None, verdict=words)
+        judged = f"in doubt, {describe_difference(reference_score)}"
+    elif reference_score is not None and reference_score.error_x_r is not None:
+        errors = reference_score.error_x_r, reference_score.error_T_a
+        judged = verdict(errors, (False, False), False)
+    elif stated_error is not None:
+        errors = stated_error, None
+        judged = verdict(errors, (False, False), False).partition(",")[0]
+        judged += ", by its own error estimate"
+    elif (exact.energy_residual or 0.0) <= EXACT_BELOW:
+        judged = "exact by its energy balance"
+    else:
+        judged = "wrong, its energy balance is not closed"
+    return replace(exact, error_x_r=errors[0], error_T_a=errors[1], verdict=judged)
 
 
 def describe_difference(reference_score: Score) -> str:
@@ -314,7 +331,7 @@ def work_warnings(work: Work, all_entries: Sequence[Entry]) -> Iterator[WarningM
     """Yield the warnings on a scene and on entries that omit something of it."""
     yield from work.warnings
     for sentence in dict.fromkeys(
-        words for one in all_entries if one.own for words in one.omitted
+        sentence for entry in all_entries if entry.by_drysim for sentence in entry.omitted
     ):
         yield WarningMessage("left-out", sentence)
     if what := unsupported_law(work.law):
@@ -361,22 +378,24 @@ def steady_cases(case: Case) -> Iterator[SteadyCase]:
     from drysim.orbits.search import find_orbit
 
     motions, every = run.MotionCache.starting_with(case), list(iter_points(case.scenario.sweep))
-    for at in range(min(MAX_CASES, len(every))):
-        point = every[(2 * at + 1) * len(every) // (2 * min(MAX_CASES, len(every)))]
-        own = case.scenario.at(point)
-        found = assemble(own, motions.of(own))
-        assert found.period is not None, "all cases of a steady sweep have a period"
-        assert isinstance(found.motion, Sines), "only sines repeat"
-        orbit = find_orbit(found.plant, found.law, found.motion, found.start, found.period)
+    for i in range(min(MAX_CASES, len(every))):
+        point = every[(2 * i + 1) * len(every) // (2 * min(MAX_CASES, len(every)))]
+        scenario = case.scenario.at(point)
+        prepared = assemble(scenario, motions.of(scenario))
+        assert prepared.period is not None, "all cases of a steady sweep have a period"
+        assert isinstance(prepared.motion, Sines), "only sines repeat"
+        orbit = find_orbit(
+            prepared.plant, prepared.law, prepared.motion, prepared.start, prepared.period
+        )
         if orbit.settled and orbit.periods == 1:
-            scene = (own, found.plant, found.law, found.motion)
-            step = found.period / SAMPLES_PER_PERIOD
+            scene = (scenario, prepared.plant, prepared.law, prepared.motion)
+            step = prepared.period / SAMPLES_PER_PERIOD
             period = Work(*scene, State(*orbit.state[:2]), step, SAMPLES_PER_PERIOD)
-            work = Work(*scene, found.start, step, SETTLING_PERIODS * SAMPLES_PER_PERIOD)
+            work = Work(*scene, prepared.start, step, SETTLING_PERIODS * SAMPLES_PER_PERIOD)
             yield SteadyCase(work, period, Reference.of(period))
 
 
-def follow_orbits(known: Sequence[SteadyCase]) -> Score | None:
+def follow_orbits(cases: Sequence[SteadyCase]) -> Score | None:
     """Return the errors of the reference over one period that begins on the orbit.
 
     Integration from the start may not have settled after `SETTLING_PERIODS`. An orbit to which
@@ -384,19 +403,19 @@ def follow_orbits(known: Sequence[SteadyCase]) -> Score | None:
     """
     entry = reference_entry()
     score = Score(entry.approach, f"{entry.setting} from the orbit on", False, None, 0)
-    found, max_difference = [], 0.0
+    errors, max_difference = [], 0.0
     try:
-        for one in known:
-            answer = entry.ready(one.period)()
-            found.append(one.orbit.errors(one.period, answer))
+        for case in cases:
+            answer = entry.ready(case.period)()
+            errors.append(case.orbit.errors(case.period, answer))
             max_difference = max(
-                max_difference, one.orbit.max_difference(answer, second_run(one.period))
+                max_difference, case.orbit.max_difference(answer, second_run(case.period))
             )
     except SolverError:
         return None
-    off = max(error or 0.0 for error, _ in found)
-    T_a = max((error or 0.0 for _, error in found), key=abs)
-    score = replace(score, samples=SAMPLES_PER_PERIOD * len(found), uncertainty=max_difference)
+    off = max(error or 0.0 for error, _ in errors)
+    T_a = max((error or 0.0 for _, error in errors), key=abs)
+    score = replace(score, samples=SAMPLES_PER_PERIOD * len(errors), uncertainty=max_difference)
     return replace(score, error_x_r=off, error_T_a=T_a)
 
 
@@ -425,37 +444,40 @@ def prepare_sweep(scenario: Scenario) -> Case:
 
 def steady_entries(work: Work, options: BenchOptions) -> list[Entry]:
     """Return the integrating entries: drysim's at one step per sample, peers, the reference."""
-    own = (one for one in score.entries(work) if one.points == 1 and one.approach != EXACT)
-    return with_peers(own, work, options)
+    own_entries = (
+        entry for entry in score.entries(work) if entry.points == 1 and entry.approach != EXACT
+    )
+    return with_peers(own_entries, work, options)
 
 
 def count_entries(case: Case, options: BenchOptions) -> int:
     """Return the number of integrating entries of a sweep."""
-    known = next(steady_cases(case), None)
-    return 0 if known is None else len(steady_entries(known.work, options))
+    first = next(steady_cases(case), None)
+    return 0 if first is None else len(steady_entries(first.work, options))
 
 
 def steady_bench_case(case: Case, options: BenchOptions, finished: Job) -> BenchCase:
     """Time and score all entries on one sweep; parameters as of `bench_case`."""
     scenario, steady = case.scenario, list(steady_cases(case))
-    all_entries = list(zip(*(steady_entries(one.work, options) for one in steady), strict=True))
+    works = [each.work for each in steady]
+    all_entries = list(zip(*(steady_entries(work, options) for work in works), strict=True))
     tried = []
     for variants in all_entries:
         tried.append(try_steady_entry(variants, steady, options))
         finished()
     total = count_points(scenario.sweep)
-    timed = [one for one in tried if isinstance(one, TimedEntry)]
+    timed = [entry for entry in tried if isinstance(entry, TimedEntry)]
     lfilter_time, scores = time_entries(
-        steady[0].work, [time_orbit_search(case, total), *timed], options
+        works[0], [time_orbit_search(case, total), *timed], options
     )
     reference_score = None if unsupported_law(case.law) else follow_orbits(steady)
-    failed = [one for one in tried if isinstance(one, Score)]
+    failed = [entry for entry in tried if isinstance(entry, Score)]
     scores = [score_exact(scores[0], reference_score), *scores[1:], *failed]
-    words = tuple(describe_steady_work(case, [one.work for one in steady], total, lfilter_time))
-    warnings_of_work = work_warnings(steady[0].work, [variants[0] for variants in all_entries])
+    scene = tuple(describe_steady_work(case, works, total, lfilter_time))
+    warnings_of_work = work_warnings(works[0], [variants[0] for variants in all_entries])
     warnings = (*warnings_of_work, *reference_warnings(scores[0], reference_score))
     return BenchCase(
-        scenario, None, words, tuple(scores), lfilter_time, reference_score, warnings
+        scenario, None, scene, tuple(scores), lfilter_time, reference_score, warnings
     )
 
 
@@ -470,8 +492,8 @@ def describe_steady_work(
     }
     yield from describe_scene(scenario, case.plant, case.law, varied, shared)
     yield "base", scenario.excitation.describe_cases(None, varied)
-    for at, axis in enumerate(scenario.sweep):
-        yield "" if at else "swept", describe_axis(axis)
+    for index, axis in enumerate(scenario.sweep):
+        yield "" if index else "swept", describe_axis(axis)
     each = f"{SETTLING_PERIODS} periods of {SAMPLES_PER_PERIOD} samples"
     others = f"the others integrate up to {len(works)} cases"
     yield "work", f"{total} steady states, {each} each; {EXACT} finds all orbits, {others}"
@@ -491,11 +513,11 @@ def time_orbit_search(case: Case, total: int) -> TimedEntry:
 
 
 def try_steady_entry(
-    variants: Sequence[Entry], known: Sequence[SteadyCase], options: BenchOptions
+    variants: Sequence[Entry], cases: Sequence[SteadyCase], options: BenchOptions
 ) -> TimedEntry | Score:
     """Integrate an entry through as many cases as time permits; return a score if it fails."""
-    found = try_within(lambda: march_entry(variants, known, options), STEADY_TIME_LIMIT)
-    return score_of(variants[0], 0, f"failed, {found}") if isinstance(found, str) else found
+    result = try_within(lambda: march_entry(variants, cases, options), STEADY_TIME_LIMIT)
+    return score_of(variants[0], 0, f"failed, {result}") if isinstance(result, str) else result
 
 
 def require_short_time(entry: Entry, work: Work) -> None:
@@ -508,29 +530,26 @@ def require_short_time(entry: Entry, work: Work) -> None:
 
 
 def march_entry(
-    variants: Sequence[Entry], known: Sequence[SteadyCase], options: BenchOptions
+    variants: Sequence[Entry], cases: Sequence[SteadyCase], options: BenchOptions
 ) -> TimedEntry:
     """Integrate an entry through as many cases as time permits, and score the last periods."""
     first = variants[0]
-    require_short_time(first, known[0].work)
-    _, once = time_once(first.ready(known[0].work))
+    require_short_time(first, cases[0].work)
+    _, once = time_once(first.ready(cases[0].work))
     count = max(
-        1, min(len(known), int(options.patience * len(known) / max(once, MIN_JOB_TIME)))
+        1, min(len(cases), int(options.patience * len(cases) / max(once, MIN_JOB_TIME)))
     )
-    runs = [one.ready(scene.work) for one, scene in zip(variants, known, strict=True)][:count]
+    runs = [entry.ready(scene.work) for entry, scene in zip(variants, cases, strict=True)][
+        :count
+    ]
     off, T_a, chatters, moves = 0.0, 0.0, False, False
-    for scene, ready in zip(known, runs, strict=False):
+    for scene, ready in zip(cases, runs, strict=False):
         last = scene.last(ready())
         error, case_error_T_a = scene.orbit.errors(scene.period, last)
         symptoms = scene.orbit.symptoms(scene.period, last)
         off, T_a = max(off, error or 0.0), max(T_a, case_error_T_a or 0.0, key=abs)
         chatters, moves = chatters or symptoms[0], moves or symptoms[1]
-    words = verdict((off, T_a), (chatters, moves), bool(first.omitted))
+    judged = verdict((off, T_a), (chatters, moves), bool(first.omitted))
     samples = count * SETTLING_PERIODS * SAMPLES_PER_PERIOD
-    score = replace(score_of(first, samples, words), error_x_r=off, error_T_a=T_a)
-
-    def all_runs() -> None:
-        for one in runs:
-            one()
-
-    return TimedEntry(all_runs, once * count, score)
+    score = replace(score_of(first, samples, judged), error_x_r=off, error_T_a=T_a)
+    return TimedEntry(lambda: [run() for run in runs], once * count, score)

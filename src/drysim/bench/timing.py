@@ -78,13 +78,13 @@ def interleaved_medians(jobs: Sequence[Job], times: Sequence[int]) -> list[float
     times : sequence of int
         Number of runs of each job; the jobs run in turns.
     """
-    found: list[list[float]] = [[] for _ in jobs]
+    times_of_jobs: list[list[float]] = [[] for _ in jobs]
     with gc_disabled():
         for turn in range(max(times, default=0)):
-            for job, wanted, times_of_job in zip(jobs, times, found, strict=True):
+            for job, wanted, times_of_job in zip(jobs, times, times_of_jobs, strict=True):
                 if turn < wanted:
                     times_of_job.append(time_once(job)[1])
-    return [median(times_of_job) for times_of_job in found]
+    return [median(times_of_job) for times_of_job in times_of_jobs]
 
 
 def repeat_count(once: float, most: int, patience: float) -> int:
@@ -246,14 +246,14 @@ def time_entries(
     list of Score
         The scores, with their times.
     """
-    counts = [repeat_count(one.once, options.repeats, options.patience) for one in tried]
-    jobs = [lfilter_job(work), *(one.run for one in tried)]
+    counts = [repeat_count(entry.once, options.repeats, options.patience) for entry in tried]
+    jobs = [lfilter_job(work), *(entry.run for entry in tried)]
     lfilter_time, *took = interleaved_medians(jobs, [options.repeats, *counts])
     lfilter_time *= 1e9 / (work.samples + 1)
     scores = []
-    for one, count, seconds in zip(tried, counts, took, strict=True):
-        time = 1e9 * seconds / one.score.samples
-        scores.append(replace(one.score, repeats=count, time=time, ratio=time / lfilter_time))
+    for entry, count, seconds in zip(tried, counts, took, strict=True):
+        time = 1e9 * seconds / entry.score.samples
+        scores.append(replace(entry.score, repeats=count, time=time, ratio=time / lfilter_time))
     return lfilter_time, scores
 
 

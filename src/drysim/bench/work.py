@@ -121,9 +121,9 @@ class Work:
         A, f, phase = self.motion
         # The derivative of a sine is a sine a quarter of a period ahead.
         rate = Sines(
-            tuple(tau * one * of for one, of in zip(A, f, strict=True)),
+            tuple(tau * value * of for value, of in zip(A, f, strict=True)),
             f,
-            tuple(0.5 * pi + one for one in phase),
+            tuple(0.5 * pi + value for value in phase),
         )
         points = int(min(self.end * max(f) * POINTS_PER_PERIOD, MAX_EXTREMUM_POINTS))
         t = np.linspace(0.0, self.end, points + 2)
@@ -211,7 +211,7 @@ class Entry:
         Time step [s]; None if adaptive.
     points : int
         Number of computed points per sample.
-    own : bool
+    by_drysim : bool
         Whether it is an approach of drysim.
     omitted : tuple of str
         What it omits of the scene.
@@ -222,7 +222,7 @@ class Entry:
     ready: Callable[[Work], Run]
     step: float | None = None
     points: int = 1
-    own: bool = False
+    by_drysim: bool = False
     omitted: tuple[str, ...] = ()
 
 

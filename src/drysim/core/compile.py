@@ -563,9 +563,9 @@ def kernel_name(function: Callable[..., Any]) -> str:
     return f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}"
 
 
-def seal(words: bytes) -> bytes:
+def seal(content: bytes) -> bytes:
     """Return bytes with their checksum before them."""
-    return hashlib.sha256(words).digest() + words
+    return hashlib.sha256(content).digest() + content
 
 
 def unseal(sealed: bytes) -> Any:
@@ -576,10 +576,10 @@ def unseal(sealed: bytes) -> Any:
     ValueError
         If the bytes are damaged; they are not unpickled.
     """
-    checksum, words = sealed[:CHECKSUM_BYTES], sealed[CHECKSUM_BYTES:]
-    if hashlib.sha256(words).digest() != checksum:
+    checksum, content = sealed[:CHECKSUM_BYTES], sealed[CHECKSUM_BYTES:]
+    if hashlib.sha256(content).digest() != checksum:
         raise ValueError("checksum of a cached kernel does not match")
-    return pickle.loads(words)
+    return pickle.loads(content)
 
 
 def cache_folder() -> PrivateFolder | None:
@@ -591,8 +591,8 @@ def cache_folder() -> PrivateFolder | None:
 def source_key() -> str:
     """Return a short key that changes with the core's source, Python and numba."""
     numba = import_numba()
-    words = f"{sys.version}{numba.__version__}{source_digest()}"
-    return hashlib.sha256(words.encode()).hexdigest()[:16]
+    versions = f"{sys.version}{numba.__version__}{source_digest()}"
+    return hashlib.sha256(versions.encode()).hexdigest()[:16]
 
 
 def source_digest() -> str:

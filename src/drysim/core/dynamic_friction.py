@@ -158,12 +158,12 @@ def force_term(law, series, d, n, falls, per_curve):
     per_curve : float
         Reciprocal of the Stribeck curve at the start [1/N].
     """
-    known = excess_term(law, series, d, n) if falls and n > 0 else 0.0
+    remainder = excess_term(law, series, d, n) if falls and n > 0 else 0.0
     if law.kind == STRIBECK:
         series.F[n] = d * ((law.F_fk if n == 0 else 0.0) + series.g[n])
         return
     if law.kind == LEUVEN:
-        series.p[n] = (d * law.sigma_0 * series.z[n] - known) * per_curve
+        series.p[n] = (d * law.sigma_0 * series.z[n] - remainder) * per_curve
         z_d = travel_term(law, series, d, n)
         # z' = (slope[0] + slope[1] z) w.
         rise = series.slope[0] * series.w[n] + series.slope[1] * product_term(
@@ -172,7 +172,7 @@ def force_term(law, series, d, n, falls, per_curve):
         series.z[n + 1] = rise / (n + 1)
     else:
         product = product_term(series.v, series.z, n)
-        series.p[n] = (d * product - known) * per_curve
+        series.p[n] = (d * product - remainder) * per_curve
         z_d = series.v[n] - law.sigma_0 * series.p[n]
         series.z[n + 1] = z_d / (n + 1)
     series.F[n] = law.sigma_0 * series.z[n] + law.sigma_1 * z_d + law.sigma_2 * series.v[n]
@@ -188,17 +188,17 @@ def excess_term(law, series, d, n):
     term n of e·p that does not contain p[n]. The three sums share one loop because each waits
     for its own last addition.
     """
-    square, fall, known = 0.0, 0.0, 0.0
+    square, fall, product = 0.0, 0.0, 0.0
     if n % 2 == 0:
         k = n // 2
         square = series.v[k] * series.v[k]
         fall = series.s[k] * series.g[k]
-        known = series.g[k] * series.p[k]
+        product = series.g[k] * series.p[k]
     for k in range((n - 1) // 2, 0, -1):
         m = n - k
         square += 2.0 * (series.v[k] * series.v[m])
         fall += series.s[k] * series.g[m] + series.s[m] * series.g[k]
-        known += series.g[k] * series.p[m] + series.g[m] * series.p[k]
+        product += series.g[k] * series.p[m] + series.g[m] * series.p[k]
     if law.exponent == 1:
         series.s[n] = n * d * series.v[n] / law.v_s
     elif law.exponent == 2:
@@ -209,15 +209,15 @@ def excess_term(law, series, d, n):
             total += (law.exponent * k / (n - k) - 1.0) * series.v[k] * series.s[n - k]
         series.s[n] = total / series.v[0]
     series.g[n] = -(fall + series.s[n] * series.g[0]) / n
-    return known + series.g[n] * series.p[0]
+    return product + series.g[n] * series.p[0]
 
 
 @inlined
-def product_term(one, two, n):
+def product_term(left, right, n):
     """Return term n of the Cauchy product of two series."""
-    total = one[n // 2] * two[n // 2] if n % 2 == 0 else 0.0
+    total = left[n // 2] * right[n // 2] if n % 2 == 0 else 0.0
     for k in range((n - 1) // 2, -1, -1):
-        total += one[k] * two[n - k] + one[n - k] * two[k]
+        total += left[k] * right[n - k] + left[n - k] * right[k]
     return total
 
 
@@ -333,13 +333,13 @@ def drop_smallest_loop(series):
     count = series.branch[COUNT]
     reversals = series.reversals
     least = NEVER
-    at = 1
+    smallest = 1
     for i in range(1, count - 2):
         change = abs(reversals[i - 1] - reversals[i + 1]) + abs(reversals[i] - reversals[i + 2])
         if change < least:
             least = change
-            at = i
-    for i in range(at, count - 2):
+            smallest = i
+    for i in range(smallest, count - 2):
         reversals[i] = reversals[i + 2]
     series.branch[COUNT] = count - 2
 

@@ -118,15 +118,15 @@ def record_event(log, count, n, s, kind, x_r, F_L):
 
 
 @inlined
-def record_segment(segments, at, time, state, d):
+def record_segment(segments, count, time, state, d):
     """Write the start of a segment; return the new number of segments.
 
     `time` has the columns n and s, `state` those between s and d.
     """
-    segments[0][at], segments[1][at] = time
-    segments[2][at], segments[3][at], segments[4][at] = state
-    segments.d[at] = d
-    return at + 1
+    segments[0][count], segments[1][count] = time
+    segments[2][count], segments[3][count], segments[4][count] = state
+    segments.d[count] = d
+    return count + 1
 
 
 @inlined

@@ -89,11 +89,11 @@ class Scene(NamedTuple):
 @compiled
 def set_wave(values, i, amplitude, frequency, phase):
     """Write amplitude, frequency and phase of wave i into the table."""
-    at = WAVE_COLUMNS * i
-    values[at + A] = amplitude
-    values[at + FREQUENCY] = frequency
-    values[at + OMEGA] = 2.0 * math.pi * frequency
-    values[at + PHASE] = phase
+    row = WAVE_COLUMNS * i
+    values[row + A] = amplitude
+    values[row + FREQUENCY] = frequency
+    values[row + OMEGA] = 2.0 * math.pi * frequency
+    values[row + PHASE] = phase
 
 
 @inlined
@@ -108,24 +108,24 @@ def set_phases(waves, plant, law, t, d):
     if waves.size > waves.base:
         values[WAVE_COLUMNS * waves.base + A] = d * law.F_fk * law.variation / plant.m
     for i in range(waves.size):
-        at = WAVE_COLUMNS * i
-        theta = phase_at(values[at + FREQUENCY], values[at + PHASE], t)
+        row = WAVE_COLUMNS * i
+        theta = phase_at(values[row + FREQUENCY], values[row + PHASE], t)
         sine, cosine = math.sin(theta), math.cos(theta)
-        values[at + THETA] = theta
-        values[at + SINE] = sine
-        values[at + COSINE] = cosine
-        omega = values[at + OMEGA]
+        values[row + THETA] = theta
+        values[row + SINE] = sine
+        values[row + COSINE] = cosine
+        omega = values[row + OMEGA]
         spring = w - omega * omega
         size = spring * spring + (c * omega) ** 2
-        values[at + STEADY] = 0.0
+        values[row + STEADY] = 0.0
         if size > 0.0 and MAX_AMPLIFICATION_SQUARED * size >= (w + omega * omega) ** 2:
-            along = -values[at + A] * spring / size
-            across = values[at + A] * c * omega / size
-            values[at + STEADY] = 1.0
-            values[at + IN_PHASE] = along
-            values[at + QUADRATURE] = across
-            values[at + STEADY_X] = along * sine + across * cosine
-            values[at + STEADY_V] = omega * (along * cosine - across * sine)
+            along = -values[row + A] * spring / size
+            across = values[row + A] * c * omega / size
+            values[row + STEADY] = 1.0
+            values[row + IN_PHASE] = along
+            values[row + QUADRATURE] = across
+            values[row + STEADY_X] = along * sine + across * cosine
+            values[row + STEADY_V] = omega * (along * cosine - across * sine)
 
 
 @inlined
@@ -135,11 +135,11 @@ def phase_at(f, phase, t):
 
 
 @inlined
-def sine_and_cosine(values, at, omega, s):
+def sine_and_cosine(values, row, omega, s):
     """Return sine and cosine of the phase of a wave at time s of a segment."""
     if s == 0.0:
-        return values[at + SINE], values[at + COSINE]
-    phase = omega * s + values[at + THETA]
+        return values[row + SINE], values[row + COSINE]
+    phase = omega * s + values[row + THETA]
     return math.sin(phase), math.cos(phase)
 
 
@@ -151,12 +151,12 @@ def base_motion(waves, u_0, slope, s):
     second_rate = 0.0
     values = waves.values
     for i in range(waves.base):
-        at = WAVE_COLUMNS * i
-        omega = values[at + OMEGA]
-        sine, cosine = sine_and_cosine(values, at, omega, s)
-        value = values[at + A] * sine
+        row = WAVE_COLUMNS * i
+        omega = values[row + OMEGA]
+        sine, cosine = sine_and_cosine(values, row, omega, s)
+        value = values[row + A] * sine
         u_dd += value
-        rate += values[at + A] * omega * cosine
+        rate += values[row + A] * omega * cosine
         second_rate -= value * omega * omega
     return u_dd, rate, second_rate
 
@@ -247,17 +247,19 @@ def sample_base(waves, points, dt, table, first, u_dd):
     while n < last:
         start = n - n % GRID_COLUMNS
         count = min(last, start + GRID_COLUMNS) - n
-        column, at = n - start, n - first
-        if column < 0 or at < 0:
+        column, point = n - start, n - first
+        if column < 0 or point < 0:
             # Never true; tells the compiler that no index counts from the end.
             return
         for k in range(count):
-            u_dd[at + k] = 0.0
+            u_dd[point + k] = 0.0
         for i in range(waves.base):
             sine, cosine = table[TURN_ROWS * i], table[TURN_ROWS * i + 1]
             from_sine, from_cosine = turn_coefficients(waves, i, start * dt)
             for k in range(count):
-                u_dd[at + k] += from_sine * sine[column + k] + from_cosine * cosine[column + k]
+                u_dd[point + k] += (
+                    from_sine * sine[column + k] + from_cosine * cosine[column + k]
+                )
         n += count
 
 
@@ -356,11 +358,11 @@ def start_segment(equation, waves, x_r, v_r):
     """Return the segment that starts in this state; waves after `set_phases`."""
     push, push_d, push_dd = equation.g, equation.r, 0.0
     for i in range(waves.size):
-        at = WAVE_COLUMNS * i
-        omega = waves.values[at + OMEGA]
-        swing = waves.values[at + A] * waves.values[at + SINE]
+        row = WAVE_COLUMNS * i
+        omega = waves.values[row + OMEGA]
+        swing = waves.values[row + A] * waves.values[row + SINE]
         push -= swing
-        push_d -= waves.values[at + A] * omega * waves.values[at + COSINE]
+        push_d -= waves.values[row + A] * omega * waves.values[row + COSINE]
         push_dd += omega * omega * swing
     a = push - equation.c * v_r - equation.w * x_r
     j = push_d - equation.c * a - equation.w * v_r
@@ -390,23 +392,25 @@ def motion_at(equation, waves, x_r, v_r, s):
     x, v, a, j, k = 0.0, 0.0, 0.0, 0.0, 0.0
     values = waves.values
     for i in range(waves.size):
-        at = WAVE_COLUMNS * i
-        if values[at + A] == 0.0:
+        row = WAVE_COLUMNS * i
+        if values[row + A] == 0.0:
             continue
-        omega = values[at + OMEGA]
-        steady = values[at + STEADY]
+        omega = values[row + OMEGA]
+        steady = values[row + STEADY]
         is_long = (
             omega * s > SHORT_SEGMENT
             or c * s > TRANSIENT_DECAYS
             or (steady > 1.0 and w * s * s > SHORT_SEGMENT * SHORT_SEGMENT)
         )
         if steady > 0.0 and is_long:
-            swing, rate, push, push_d, push_dd = steady_response(values, at, s)
+            swing, rate, push, push_d, push_dd = steady_response(values, row, s)
             # The start state less the steady state is the free motion.
-            x_r -= values[at + STEADY_X]
-            v_r -= values[at + STEADY_V]
+            x_r -= values[row + STEADY_X]
+            v_r -= values[row + STEADY_V]
         else:
-            swing, rate, push, push_d, push_dd = response_from_rest(c, w, values, at, s, y, y_d)
+            swing, rate, push, push_d, push_dd = response_from_rest(
+                c, w, values, row, s, y, y_d
+            )
         x += swing
         v += rate
         a += push
@@ -423,22 +427,22 @@ def motion_at(equation, waves, x_r, v_r, s):
 
 
 @inlined
-def steady_response(values, at, s):
+def steady_response(values, row, s):
     """Return x_r, v_r, a, j and k of the steady response to a wave at time s."""
-    omega = values[at + OMEGA]
-    sine, cosine = sine_and_cosine(values, at, omega, s)
-    swing = values[at + IN_PHASE] * sine + values[at + QUADRATURE] * cosine
-    rate = omega * (values[at + IN_PHASE] * cosine - values[at + QUADRATURE] * sine)
+    omega = values[row + OMEGA]
+    sine, cosine = sine_and_cosine(values, row, omega, s)
+    swing = values[row + IN_PHASE] * sine + values[row + QUADRATURE] * cosine
+    rate = omega * (values[row + IN_PHASE] * cosine - values[row + QUADRATURE] * sine)
     push, push_d = -omega * omega * swing, -omega * omega * rate
     return swing, rate, push, push_d, -omega * omega * push
 
 
 @compiled
-def response_from_rest(c, w, values, at, s, y, y_d):
+def response_from_rest(c, w, values, row, s, y, y_d):
     """Return x_r, v_r, a, j and k of the response to a wave from rest at time s."""
-    omega = values[at + OMEGA]
-    from_sine = -values[at + A] * values[at + COSINE]
-    from_cosine = -values[at + A] * values[at + SINE]
+    omega = values[row + OMEGA]
+    from_sine = -values[row + A] * values[row + COSINE]
+    from_cosine = -values[row + A] * values[row + SINE]
     R, P, P_d, sine, cosine = sine_response(c, w, omega, s, y, y_d)
     x = from_sine * omega * R + from_cosine * P
     v = from_sine * omega * P + from_cosine * P_d

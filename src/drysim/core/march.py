@@ -299,8 +299,8 @@ def initial_slip_state(plant, law, waves, x_r, v_r, log):
     """Return the `SlipState` at t = 0 under waves alone; write it to the log as first event."""
     u_dd = 0.0
     for i in range(waves.base):
-        at = WAVE_COLUMNS * i
-        u_dd += waves.values[at + A] * math.sin(waves.values[at + PHASE])
+        row = WAVE_COLUMNS * i
+        u_dd += waves.values[row + A] * math.sin(waves.values[row + PHASE])
     d, F_L, margin = initial_direction(plant, law, x_r, v_r, u_dd)
     count = record_event(log, 0, 0, 0.0, d, x_r, F_L)
     return SlipState(int(ZERO), 0.0, x_r, v_r, d, math.nan, count, margin)
@@ -565,16 +565,16 @@ def march_modes(scene, course, state, steps, out):
     """
     _, law, waves, u_dd, dt = scene
     segments, log, samples = out
-    n, s, xi, v_r, a, x_0, mode, at, count, closest = state
+    n, s, xi, v_r, a, x_0, mode, used, count, closest = state
     last, last_length, until, closes, capacity = course
     full = capacity - MODES_LOG_RESERVE
     affine = waves.size == 0 and law.step == 0.0
     whole = until if until <= last or last_length == dt else last
-    stalled, latest = int(ZERO), Latest(at, UNRECORDED, x_0)
-    constants, known = ModeConstants(int(ZERO), 0.0, 0.0, 0.0, 0.0), False
+    stalled, latest = int(ZERO), Latest(used, UNRECORDED, x_0)
+    constants, has_constants = ModeConstants(int(ZERO), 0.0, 0.0, 0.0, 0.0), False
     while n < until and latest.used < full and count < full:
-        if affine and not known and mode.direction != AT_REST:
-            constants, known = mode_constants(scene, mode, x_0, steps), True
+        if affine and not has_constants and mode.direction != AT_REST:
+            constants, has_constants = mode_constants(scene, mode, x_0, steps), True
         if affine and n < whole and mode.entry == REGULAR:
             here = MarchState(n, s, xi, v_r, a, x_0, mode, latest.used, count, closest)
             reached = n
@@ -596,7 +596,7 @@ def march_modes(scene, course, state, steps, out):
                 goes_on = here.n == n and here.events == count
                 if here.events > count:
                     row = UNRECORDED if here.s > 0.0 else lasting_mode(here.mode)
-                    latest, known = Latest(here.used, row, x_0), False
+                    latest, has_constants = Latest(here.used, row, x_0), False
                 n, s, xi, v_r, a, x_0, mode, _, count, closest = here
                 if not goes_on:
                     continue
@@ -611,7 +611,7 @@ def march_modes(scene, course, state, steps, out):
         if leave.kind == UNDECIDED:
             part = begin_segment(scene, base, here, length - s)
             mode, ramp, leave = part.mode, part.ramp, first_exit(scene, part, time)
-            known = False
+            has_constants = False
         latest = record_mode(segments, latest, (n, s), (xi, v_r, x_0), mode)
         kind, step, xi, v_r, a, _, margin = leave
         closest = min(closest, margin)
@@ -619,8 +619,8 @@ def march_modes(scene, course, state, steps, out):
             then, rest = interval_time(n, s + step, length, last)
             here = MarchState(then, rest, xi, v_r, a, x_0, mode, latest.used, count, closest)
             here = enter_next_mode(scene, base, ramp, leave, here, segments, log)
-            _, _, xi, v_r, a, x_0, mode, at, count, closest = here
-            latest, known = Latest(at, UNRECORDED, x_0), False
+            _, _, xi, v_r, a, x_0, mode, used, count, closest = here
+            latest, has_constants = Latest(used, UNRECORDED, x_0), False
         elif mode.entry != CHATTERING:
             mode = mode_of(mode.contact, mode.direction, mode.end_stop, mode.origin)
         stalled = 0 if base.t + step > base.t else stalled + 1
@@ -632,12 +632,12 @@ def march_modes(scene, course, state, steps, out):
             latest = Latest(latest.used, UNRECORDED, x_0)
         if stalled > MAX_STALLED_EVENTS:
             return MarchState(n, s, xi, v_r, a, x_0, mode, latest.used, NO_PROGRESS, closest)
-    at = latest.used
+    used = latest.used
     if closes and state.n < until <= n:
         # The state at the end, after an event there.
         end = (until - 1, last_length if until > last else dt)
-        at = record_segment(segments, at, end, (xi, v_r, x_0), encode_mode(mode))
-    return MarchState(n, s, xi, v_r, a, x_0, mode, at, count, closest)
+        used = record_segment(segments, used, end, (xi, v_r, x_0), encode_mode(mode))
+    return MarchState(n, s, xi, v_r, a, x_0, mode, used, count, closest)
 
 
 UNRECORDED = -2
@@ -722,19 +722,19 @@ def with_known_acceleration(scene, mode, motion, ramp, creeps, carried):
     ====================================  ====================  ============================
     """
     plant, law, waves, _, _ = scene
-    v_r, a, known = motion.v_r, motion.a, carried == carried
+    v_r, a, is_carried = motion.v_r, motion.a, carried == carried
     if mode.entry == LEAVING:
         a = 0.0
     if mode.poised != 0 and is_rigid_slip(law, mode):
         limits = side_of(law, mode.contact)
         load = load_at(law, waves, ramp, 0.0)[0]
         a = mode.contact * (limits.F_fs - limits.F_fk) * load / plant.m
-    if creeps and known:
+    if creeps and is_carried:
         c, w, _, r = motion.equation
         v_r, a = rescale(v_r, carried)
         j = r - c * a - w * v_r
         motion = Segment(motion.equation, motion.x_r, v_r, a, j, motion.k)
-    elif law.k_t > 0.0 and known:
+    elif law.k_t > 0.0 and is_carried:
         a = carried
     elif law.k_t > 0.0 and v_r == 0.0 and mode.contact == HOLD and mode.entry != LEAVING:
         a = 0.0 if mode.poised * a > 0.0 else a

@@ -767,8 +767,8 @@ def integrate_base_squares(
             continue
         part = partial_step_squares(motion, n, begin, end)
         u_dd2, u2 = u_dd2 + part[0], u2 + part[1]
-    for at in range(lo, hi, STEPS_PER_SUM):
-        part = whole_step_squares(motion, at, min(at + STEPS_PER_SUM, hi))
+    for start in range(lo, hi, STEPS_PER_SUM):
+        part = whole_step_squares(motion, start, min(start + STEPS_PER_SUM, hi))
         u_dd2, u2 = u_dd2 + part[0], u2 + part[1]
     return u_dd2, None if motion.u is None else u2
 
@@ -812,7 +812,7 @@ def whole_step_squares(motion: Samples, first: int, last: int) -> tuple[float, f
 
 def blocks(signal: Signal, size: int = BLOCK_SIZE) -> Iterator[NDArray[np.float64]]:
     """Return an iterator over a signal, block by block."""
-    return (signal[at : at + size] for at in range(0, len(signal), size))
+    return (signal[start : start + size] for start in range(0, len(signal), size))
 
 
 def mean_and_std(signal: Signal) -> tuple[float, float]:

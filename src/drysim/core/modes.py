@@ -310,12 +310,12 @@ def mode_equation(plant, law, waves, mode, x_0, base):
     set_phases(waves, effective, coulomb_limits(law, d), t, d)
     if law.k_t > 0.0:
         for i in range(waves.size):
-            at = WAVE_COLUMNS * i
+            row = WAVE_COLUMNS * i
             if (
-                waves.values[at + STEADY] > 0.0
-                and QUASI_STATIC_RATIO * waves.values[at + OMEGA] ** 2 <= w
+                waves.values[row + STEADY] > 0.0
+                and QUASI_STATIC_RATIO * waves.values[row + OMEGA] ** 2 <= w
             ):
-                waves.values[at + STEADY] = 2.0
+                waves.values[row + STEADY] = 2.0
     return Equation(effective.b / m, w, g, r), ramp
 
 
@@ -703,10 +703,10 @@ def guard_bumper_force(segment, waves, law, mode, side, h):
     h : float
         Length of the segment [s].
     """
-    own, stage, _ = stop_stage(mode.end_stop)
+    stop_side, stage, _ = stop_stage(mode.end_stop)
     stiffness, offset = bumper_line(law, stage)
     at_zero = mode.entry == BUMPER_AT_ZERO
-    constant = -side * own * offset
+    constant = -side * stop_side * offset
     if (
         not at_zero
         and side * (stiffness * segment.x_r + law.b_s * segment.v_r) + constant <= 0.0

@@ -230,8 +230,8 @@ def scene_waves(scene, values, law):
     """Return the waves of a scene, written into a table with room for them."""
     base = (len(scene) - SINES) // 3
     for k in range(base):
-        at = SINES + 3 * k
-        set_wave(values, k, scene[at], scene[at + 1], scene[at + 2])
+        row = SINES + 3 * k
+        set_wave(values, k, scene[row], scene[row + 1], scene[row + 2])
     if law.variation == 0.0:
         return Waves(values, base, base)
     set_wave(values, base, 0.0, law.omega / (2.0 * math.pi), law.phase)
@@ -438,11 +438,11 @@ def linear_steady_state(plant, waves):
     """Return x_r and v_r at t = 0 of the steady response without dry friction."""
     x_r, v_r = 0.0, 0.0
     for i in range(waves.base):
-        at = WAVE_COLUMNS * i
-        omega, phase = waves.values[at + OMEGA], waves.values[at + PHASE]
+        row = WAVE_COLUMNS * i
+        omega, phase = waves.values[row + OMEGA], waves.values[row + PHASE]
         stiff = complex(plant.k_x - plant.m * omega * omega, plant.b * omega)
         turn = complex(math.cos(phase), math.sin(phase))
-        swing = -plant.m * waves.values[at + A] * turn / stiff
+        swing = -plant.m * waves.values[row + A] * turn / stiff
         x_r += swing.imag
         v_r += omega * swing.real
     return x_r, v_r

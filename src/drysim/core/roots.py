@@ -762,12 +762,12 @@ def margin_until(stuck, waves, side, now, h):
 
 
 @compiled
-def margin_between(stuck, waves, side, one, other):
+def margin_between(stuck, waves, side, first, last):
     """Return the least relative margin between two times, each with its rate [s, N/s].
 
     The margin falls at first and rises at last.
     """
-    (begin, falls), (end, rises) = one, other
+    (begin, falls), (end, rises) = first, last
     s = begin + (end - begin) * (falls / (falls - rises))
     F_fs = stuck.rising[0] if side > 0 else stuck.falling[0]
     G = break_away_margin(stuck, waves, side, s)[0]

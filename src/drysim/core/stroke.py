@@ -213,9 +213,9 @@ def limit_crossings(t, x_r, x_end, end, limits, crossings):
                 if side != 0:
                     level = limits.up if side > 0 else -limits.down
                     # At a rigid stop x_r equals the limit: no root to find.
-                    known, at = (until, x) if enters == 1 else (t[i], x_r[i])
-                    crossings.low[count] = known if at == level else t[i]
-                    crossings.high[count] = known if at == level else until
+                    exact, position = (until, x) if enters == 1 else (t[i], x_r[i])
+                    crossings.low[count] = exact if position == level else t[i]
+                    crossings.high[count] = exact if position == level else until
                     crossings.level[count] = level
                     crossings.side[count] = 1.0 if x > x_r[i] else -1.0
                     crossings.enters[count] = enters

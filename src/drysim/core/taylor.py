@@ -659,10 +659,10 @@ def set_forcing(series, waves, u_0, slope, t):
     series.u[0] = u_0
     series.u[1] = slope
     for i in range(waves.base):
-        at = WAVE_COLUMNS * i
-        amplitude, omega = waves.values[at + A], waves.values[at + OMEGA]
-        cycles = (waves.values[at + FREQUENCY] * t) % 1.0
-        angle = 2.0 * math.pi * cycles + waves.values[at + PHASE]
+        row = WAVE_COLUMNS * i
+        amplitude, omega = waves.values[row + A], waves.values[row + OMEGA]
+        cycles = (waves.values[row + FREQUENCY] * t) % 1.0
+        angle = 2.0 * math.pi * cycles + waves.values[row + PHASE]
         sine = amplitude * math.sin(angle)
         cosine = amplitude * math.cos(angle)
         for n in range(ORDER + 1):

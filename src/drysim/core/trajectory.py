@@ -180,12 +180,12 @@ def segment_index(segments, dt, i, t):
 
 
 @inlined
-def last_event_index(t, at):
+def last_event_index(t, time):
     """Return the index of the last event at or before a time, 0 if there is none; bisection."""
     low, high = 0, len(t)
     while high - low > 1:
         middle = (low + high) // 2
-        if t[middle] <= at:
+        if t[middle] <= time:
             low = middle
         else:
             high = middle
@@ -260,7 +260,7 @@ def motion_in_segment(waves, part, s):
 
 
 @compiled
-def fill_segments(rows, samples, at, steps, out):
+def fill_segments(rows, samples, row, steps, out):
     """Write the segments of a motion over samples, one per whole step; return their number.
 
     Parameters
@@ -269,7 +269,7 @@ def fill_segments(rows, samples, at, steps, out):
         Those that do not begin at a sample in the mode before.
     samples : SampledMotion
         State at every sample.
-    at : int
+    row : int
         Number of the first row at or after the first step.
     steps : (int, int)
         First step, and the one to stop before. Of that one the start is written, too.
@@ -279,15 +279,15 @@ def fill_segments(rows, samples, at, steps, out):
     first, end = steps
     count, last = int(ZERO), len(rows.n)
     for n in range(first, end + 1):
-        if at < last and rows.n[at] == n and rows.s[at] == 0.0:
-            state, d = (rows.x_r[at], rows.v_r[at], rows.x_0[at]), rows.d[at]
-            count, at = record_segment(out, count, (n, 0.0), state, d), at + 1
-        elif n < end or at < last:
-            state = samples.x_r[n], samples.v_r[n], rows.x_0[at - 1]
-            count = record_segment(out, count, (n, 0.0), state, rows.d[at - 1])
-        while n < end and at < last and rows.n[at] == n:
-            time, state = (n, rows.s[at]), (rows.x_r[at], rows.v_r[at], rows.x_0[at])
-            count, at = record_segment(out, count, time, state, rows.d[at]), at + 1
+        if row < last and rows.n[row] == n and rows.s[row] == 0.0:
+            state, d = (rows.x_r[row], rows.v_r[row], rows.x_0[row]), rows.d[row]
+            count, row = record_segment(out, count, (n, 0.0), state, d), row + 1
+        elif n < end or row < last:
+            state = samples.x_r[n], samples.v_r[n], rows.x_0[row - 1]
+            count = record_segment(out, count, (n, 0.0), state, rows.d[row - 1])
+        while n < end and row < last and rows.n[row] == n:
+            time, state = (n, rows.s[row]), (rows.x_r[row], rows.v_r[row], rows.x_0[row])
+            count, row = record_segment(out, count, time, state, rows.d[row]), row + 1
     return count
 
 
@@ -465,41 +465,41 @@ def sample_coulomb_grid(scene, events, first, dt, table, out):
             count = min(until, start + GRID_COLUMNS) - n
             x, v = transient_state(c, w, waves, x_r[event], v_r, -f, start * dt - t[event])
             push = -f - w * x
-            column, at = n - start, n - first
-            if column < 0 or at < 0:
+            column, point = n - start, n - first
+            if column < 0 or point < 0:
                 # Never true; tells the compiler that no index counts from the end.
                 return
             for k in range(count):
                 i = column + k
-                x_out[at + k] = x + (v * y[i] + push * Y[i])
-                v_out[at + k] = v * y_d[i] + push * y[i]
+                x_out[point + k] = x + (v * y[i] + push * Y[i])
+                v_out[point + k] = v * y_d[i] + push * y[i]
             for wave in range(waves.size):
                 row = flow_row + FLOW_ROWS + RESPONSE_ROWS * wave
                 R, P, P_d = table[row], table[row + 1], table[row + 2]
                 from_sine, from_cosine = wave_coefficients(waves, wave, start * dt)
                 for k in range(count):
                     i = column + k
-                    x_out[at + k] += from_sine * R[i] + from_cosine * P[i]
-                    v_out[at + k] += from_sine * P[i] + from_cosine * P_d[i]
+                    x_out[point + k] += from_sine * R[i] + from_cosine * P[i]
+                    v_out[point + k] += from_sine * P[i] + from_cosine * P_d[i]
             against = 0
             for k in range(count):
-                d_out[at + k] = d
-                against += v_out[at + k] * d <= 0.0
+                d_out[point + k] = d
+                against += v_out[point + k] * d <= 0.0
             # A sum of rows may have the wrong sign where |v_r| is of the size of rounding.
             for k in range(count if against > 0 else 0):
-                if v_out[at + k] * d <= 0.0:
+                if v_out[point + k] * d <= 0.0:
                     equation, s = Equation(c, w, -f, 0.0), (n + k) * dt - t[event]
                     state = motion_at(equation, waves, x_r[event], v_r, s)
-                    x_out[at + k], v_out[at + k] = state[:2]
+                    x_out[point + k], v_out[point + k] = state[:2]
             for k in range(count):
-                x_dd[at + k] = -(f + c * v_out[at + k] + w * x_out[at + k])
+                x_dd[point + k] = -(f + c * v_out[point + k] + w * x_out[point + k])
             # Any wave besides those of the base varies the friction.
             for wave in range(waves.base, waves.size):
                 sine, cosine = table[TURN_ROWS * wave], table[TURN_ROWS * wave + 1]
                 from_sine, from_cosine = turn_coefficients(waves, wave, start * dt)
                 for k in range(count):
                     i = column + k
-                    x_dd[at + k] -= from_sine * sine[i] + from_cosine * cosine[i]
+                    x_dd[point + k] -= from_sine * sine[i] + from_cosine * cosine[i]
             n += count
 
 
@@ -527,12 +527,12 @@ def transient_state(c, w, waves, x_r, v_r, g, s):
     y, y_d, Y = free_response(c, w, s)
     x, v = 0.0, 0.0
     for i in range(waves.size):
-        at = WAVE_COLUMNS * i
-        if values[at + STEADY] > 0.0:
-            x_r -= values[at + STEADY_X]
-            v_r -= values[at + STEADY_V]
+        row = WAVE_COLUMNS * i
+        if values[row + STEADY] > 0.0:
+            x_r -= values[row + STEADY_X]
+            v_r -= values[row + STEADY_V]
         else:
-            x_wave, v_wave, _, _, _ = response_from_rest(c, w, values, at, s, y, y_d)
+            x_wave, v_wave, _, _, _ = response_from_rest(c, w, values, row, s, y, y_d)
             x += x_wave
             v += v_wave
     push = g - w * x_r
@@ -670,18 +670,18 @@ NO_SUMS = SegmentSums(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @compiled
-def add_segment_sums(one, other):
+def add_segment_sums(first, second):
     """Return the sum of two `SegmentSums`."""
     return SegmentSums(
-        one.x2 + other.x2,
-        one.v2 + other.v2,
-        one.x_dd2 + other.x_dd2,
-        one.power + other.power,
-        one.sliding_distance + other.sliding_distance,
-        one.stuck + other.stuck,
-        one.stop_work + other.stop_work,
-        one.damper_work + other.damper_work,
-        max(one.violation, other.violation),
+        first.x2 + second.x2,
+        first.v2 + second.v2,
+        first.x_dd2 + second.x_dd2,
+        first.power + second.power,
+        first.sliding_distance + second.sliding_distance,
+        first.stuck + second.stuck,
+        first.stop_work + second.stop_work,
+        first.damper_work + second.damper_work,
+        max(first.violation, second.violation),
     )
 
 
@@ -780,10 +780,10 @@ def integrate_rest(law, waves, part, lo, hi):
     while s < hi:
         length = min(panel_length(0.0, 0.0, waves, s), hi - s)
         for k in range(rule[0], rule[1]):
-            at = s + length * NODES[k]
-            u = base_motion(waves, part.u_0, part.slope, at)[0]
+            time = s + length * NODES[k]
+            u = base_motion(waves, part.u_0, part.slope, time)[0]
             x_dd2 += length * WEIGHTS[k] * u * u
-            load = max(load_at(law, waves, part.ramp, at)[0], 0.0)
+            load = max(load_at(law, waves, part.ramp, time)[0], 0.0)
             friction = 0.0 if sticks else contact_force(forces, x_r, load)
             F_L = m * u + pull + friction
             above = -F_L - up * load if wall <= 0 else 0.0
@@ -849,13 +849,13 @@ def integrate_panel(law, waves, part, short, series, panel):
     yields = law.k_t > 0.0 and abs(part.mode.contact) == 1
     lag = part.mode.contact * law.up.F_fk / law.k_t if yields else 0.0
     for k in range(rule[0], rule[1]):
-        at, weight = s + length * NODES[k], length * WEIGHTS[k]
+        time, weight = s + length * NODES[k], length * WEIGHTS[k]
         if short:
-            xi, v = part.xi + series_distance(series, at), series_velocity(series, at)
+            xi, v = part.xi + series_distance(series, time), series_velocity(series, time)
         else:
-            xi, v, _, _, _ = motion_at(part.equation, waves, part.xi, part.v_r, at)
-        u = base_motion(waves, part.u_0, part.slope, at)[0]
-        load, load_d = load_at(law, waves, part.ramp, at)
+            xi, v, _, _, _ = motion_at(part.equation, waves, part.xi, part.v_r, time)
+        u = base_motion(waves, part.u_0, part.slope, time)[0]
+        load, load_d = load_at(law, waves, part.ramp, time)
         load = max(load, 0.0)
         x = part.x_origin + xi
         F_f = k_t * (x - x_0) + F * load

@@ -628,9 +628,9 @@ def base_acceleration_at(scene, n):
     _, _, waves, u_dd, dt = scene
     total, values = u_dd[n], waves.values
     for i in range(waves.base):
-        at = WAVE_COLUMNS * i
-        phase = phase_at(values[at + FREQUENCY], values[at + PHASE], n * dt)
-        total += values[at + A] * math.sin(phase)
+        row = WAVE_COLUMNS * i
+        phase = phase_at(values[row + FREQUENCY], values[row + PHASE], n * dt)
+        total += values[row + A] * math.sin(phase)
     return total
 
 
@@ -725,11 +725,11 @@ def move_whole_steps(scene, state, steps, motion, rates, work, out):
         responses.x_w[n], responses.v_w[n] = x_w, v_w
         responses.x_c[n], responses.v_c[n] = x_c, v_c
     for i in range(waves.base):
-        at, values = WAVE_COLUMNS * i, waves.values
-        wave = wave_response(c, w, values[at + OMEGA], dt)
+        row, values = WAVE_COLUMNS * i, waves.values
+        wave = wave_response(c, w, values[row + OMEGA], dt)
         for n in range(first, until):
-            phase = phase_at(values[at + FREQUENCY], values[at + PHASE], n * dt)
-            push = phasor(values[at + A], phase)
+            phase = phase_at(values[row + FREQUENCY], values[row + PHASE], n * dt)
+            push = phasor(values[row + A], phase)
             x_w, v_w, x_c, v_c = response_to_swing(c, w, wave, push)
             responses.x_w[n] += x_w
             responses.v_w[n] += v_w
@@ -781,10 +781,10 @@ def move_in_segment(scene, state, times, rates, work):
     x_load, v_load = ramp.load * Y + ramp.rate * YY, ramp.load * y + ramp.rate * Y
     x_sine = v_sine = x_cosine = v_cosine = x_turn = v_turn = 0.0
     for i in range(waves.size):
-        at, values = WAVE_COLUMNS * i, waves.values
-        wave = wave_response(c, w, values[at + OMEGA], length)
-        turn = phasor(1.0, phase_at(values[at + FREQUENCY], values[at + PHASE], t))
-        swing = values[at + A] if i < waves.base else f * law.variation
+        row, values = WAVE_COLUMNS * i, waves.values
+        wave = wave_response(c, w, values[row + OMEGA], length)
+        turn = phasor(1.0, phase_at(values[row + FREQUENCY], values[row + PHASE], t))
+        swing = values[row + A] if i < waves.base else f * law.variation
         swung = response_to_swing(c, w, wave, swing * turn)
         x_w, v_w, x_c, v_c = x_w + swung.x_w, v_w + swung.v_w, x_c + swung.x_c, v_c + swung.v_c
         if i == waves.base:

@@ -66,9 +66,9 @@ class ExcitationBase(Block):
         level : bool, optional
             Whether to include the RMS of a record.
         """
-        words = f"{self.kind} {self.parameters()}".strip()
+        parameters = f"{self.kind} {self.parameters()}".strip()
         source = without_rest(motion) if isinstance(motion, Samples) else motion
-        return words + self._describe_motion(source, level)
+        return parameters + self._describe_motion(source, level)
 
     def describe_cases(
         self,
@@ -93,8 +93,8 @@ class ExcitationBase(Block):
             return self.describe(motion)
         if records:
             return self._describe_records(records, varied)
-        words = f"{self.kind} {self.parameters(varied)}".strip()
-        return words + self._describe_shared(varied)
+        parameters = f"{self.kind} {self.parameters(varied)}".strip()
+        return parameters + self._describe_shared(varied)
 
     def _describe_motion(self, motion: Any, level: bool) -> str:
         """Return what `describe` adds to the parameters."""
@@ -140,10 +140,10 @@ class PeriodicMotion(ExcitationBase):
     def _describe_shared(self, varied: Collection[str]) -> str:
         keys = {key.rpartition(".")[2] for key in varied}  # of any component
         motion = self.motion()
-        words = "" if "frequency" in keys else f" {_format_band(motion)}"
+        text = "" if "frequency" in keys else f" {_format_band(motion)}"
         if not keys & {"rms", "amplitude", "phase"}:
-            words += f", {format_number(_rms_of_sines(motion), 'm/s² RMS')}"
-        return words
+            text += f", {format_number(_rms_of_sines(motion), 'm/s² RMS')}"
+        return text
 
 
 def _format_band(motion: Sines) -> str:
@@ -218,15 +218,15 @@ class GeneratedMotion(ExcitationBase):
 
     def _describe_motion(self, motion: Any, level: bool) -> str:
         """Return the grid, and the realised properties beside the requested ones."""
-        words, realised = [describe_grid(motion)], motion.realised
+        parts, realised = [describe_grid(motion)], motion.realised
         for name, unit in (("rms", "m/s² RMS"), ("velocity_change", "m/s velocity change")):
             if name in realised:
                 asked = format_number(realised[f"{name}_asked"])
-                words.append(f"{format_number(realised[name], unit)} (requested: {asked})")
+                parts.append(f"{format_number(realised[name], unit)} (requested: {asked})")
         if "psd_error" in realised:
             error = format_percent(realised["psd_error"])
-            words.append(f"PSD error up to {error} of its peak")
-        return "".join(f", {word}" for word in words)
+            parts.append(f"PSD error up to {error} of its peak")
+        return "".join(f", {word}" for word in parts)
 
 
 class FiniteMotion(GeneratedMotion):
@@ -267,9 +267,9 @@ class FiniteMotion(GeneratedMotion):
 
     def _describe_shared(self, varied: Collection[str]) -> str:
         """Return the duration and the requested level."""
-        words = "" if "duration" in varied else f", {format_number(self.duration, 's')}"
+        text = "" if "duration" in varied else f", {format_number(self.duration, 's')}"
         for key, unit in (("rms", "m/s² RMS"), ("amplitude", "m/s² amplitude")):
             level = getattr(self, key, None)
             if level is not None and key not in varied:
-                words += f", {format_number(level, unit)}"
-        return words
+                text += f", {format_number(level, unit)}"
+        return text

@@ -129,11 +129,11 @@ class SineSum(PeriodicMotion):
             f = sine.frequency  # a column of many cases stays a sine of its own
             alike.setdefault(f if isinstance(f, float) else (number,), []).append(sine)
         waves = [
-            (one.A, principal_angle(one.phase)) if not more else sum_sines(one, *more)
-            for one, *more in alike.values()
+            (first.A, principal_angle(first.phase)) if not more else sum_sines(first, *more)
+            for first, *more in alike.values()
         ]
         A, phases = zip(*waves, strict=True)
-        return Sines(A, tuple(one.frequency for one, *_ in alike.values()), phases)
+        return Sines(A, tuple(first.frequency for first, *_ in alike.values()), phases)
 
 
 def sum_sines(*sines: Component) -> tuple[Any, Any]:
@@ -293,13 +293,11 @@ class Shock(GeneratedMotion):
 
     def parameters(self, varied: Collection[str] = ()) -> str:
         """Return shape, amplitude and duration of the pulse."""
-        words: str = self.pulse
+        text: str = self.pulse
         if "amplitude" not in varied:
-            words += f" of {format_number(self.amplitude, 'm/s²')}"
+            text += f" of {format_number(self.amplitude, 'm/s²')}"
         return (
-            words
-            if "duration" in varied
-            else f"{words} for {format_number(self.duration, 's')}"
+            text if "duration" in varied else f"{text} for {format_number(self.duration, 's')}"
         )
 
     @property

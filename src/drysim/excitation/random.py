@@ -261,7 +261,9 @@ def _one_period(spectrum: NDArray[np.complex128], n: int) -> Floats:
 
 def _for_lines(do: Callable[[slice], None], count: int) -> None:
     """Call `do` for slices of `count` lines that fit into the cache; of many, in threads."""
-    parts = [slice(at, min(at + BLOCK_SIZE, count)) for at in range(0, count, BLOCK_SIZE)]
+    parts = [
+        slice(start, min(start + BLOCK_SIZE, count)) for start in range(0, count, BLOCK_SIZE)
+    ]
     # More than four threads do not help: memory bandwidth is the limit.
     threads = 1 if count <= MAX_CACHED else min(processor_count(), 4)
     for _ in completed_in_threads(do, parts, threads):
@@ -452,20 +454,20 @@ def polygon_amplitudes(
     f, G = (np.array(column) for column in zip(*points, strict=True))
     band = points[0][0], points[-1][0]
     square = loglog_integral(points)
-    lines = spectral_lines(lambda at: loglog_density(f, G, at), band, square, T)
+    lines = spectral_lines(partial(loglog_density, f, G), band, square, T)
     return line_amplitudes(lines, step, rms)
 
 
-def loglog_density(f: Floats, G: Floats, at: Floats) -> Floats:
+def loglog_density(f: Floats, G: Floats, frequencies: Floats) -> Floats:
     """Evaluate a PSD with corners (f, G), linear in log-log axes, at ascending frequencies."""
-    found = np.empty(len(at))
-    edges = np.searchsorted(at, f)
-    edges[-1] = len(at)
+    density = np.empty(len(frequencies))
+    edges = np.searchsorted(frequencies, f)
+    edges[-1] = len(frequencies)
     for i in range(len(f) - 1):
         part = slice(edges[i], edges[i + 1])
         p = log(G[i + 1] / G[i]) / log(f[i + 1] / f[i])
-        found[part] = G[i] * (at[part] / f[i]) ** p
-    return found
+        density[part] = G[i] * (frequencies[part] / f[i]) ** p
+    return density
 
 
 def loglog_integral(points: tuple[tuple[float, float], ...]) -> float:
@@ -677,9 +679,12 @@ def compare_psd(spectrum: SeatSpectrum, motion: Samples) -> tuple[dict[str, floa
     edges = np.linspace(low, high, round((high - low) / CHECK_BANDWIDTH) + 1)
     bands = []
     for left, right in pairwise(edges.tolist()):
-        at = (f >= left) & (f < right)
-        if at.any():
-            means = {"asked": float(asked[at].mean()), "found": float(found[at].mean())}
+        in_band = (f >= left) & (f < right)
+        if in_band.any():
+            means = {
+                "asked": float(asked[in_band].mean()),
+                "found": float(found[in_band].mean()),
+            }
             bands.append({"from": left, "to": right, **means})
     return tuple(bands)
 
@@ -747,8 +752,8 @@ class Road(RandomMotion):
     @field_validator("roughness")
     @classmethod
     def _refers(cls, roughness: float | None, info: ValidationInfo) -> float | None:
-        known = {"grade", "reference"} & {key for key, word in info.data.items() if word}
-        if roughness is not None and not known and "reference" in info.data:
+        stated = {"grade", "reference"} & {key for key, word in info.data.items() if word}
+        if roughness is not None and not stated and "reference" in info.data:
             raise ValueError(
                 "needs its reference: `reference: n0` for a PSD per cycle/m at 0.1 cycle/m, "
                 "`reference: Omega0` for one per rad/m at 1 rad/m (16 times as rough)"
@@ -757,11 +762,11 @@ class Road(RandomMotion):
 
     def parameters(self, varied: Collection[str] = ()) -> str:
         """Return roughness and speed."""
-        words: str = self.grade or ""
+        text: str = self.grade or ""
         if self.roughness is not None and "roughness" not in varied:
-            words = f"of {format_number(self.roughness, 'm³')} ({self.reference})"
+            text = f"of {format_number(self.roughness, 'm³')} ({self.reference})"
         speed = "" if "speed" in varied else f"at {format_number(self.speed, 'm/s')}"
-        return f"{words} {speed}".strip()
+        return f"{text} {speed}".strip()
 
     @property
     def G_d(self) -> float:

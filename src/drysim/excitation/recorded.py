@@ -40,30 +40,30 @@ class Record(RecordedMotion, RecordKind):
 
     def _describe_motion(self, motion: Any, level: bool) -> str:
         """Return the grid and the RMS, and the mean where that contributes to the RMS."""
-        words = f", {describe_grid(motion)}"
+        text = f", {describe_grid(motion)}"
         if not level:
-            return words
+            return text
         rms, mean = _rms(motion), mean_and_std(motion.u_dd)[0]
         spread = sqrt(max(0.0, rms**2 - mean**2))
-        words += f", {format_number(rms, 'm/s² RMS')}, linear between samples"
+        text += f", {format_number(rms, 'm/s² RMS')}, linear between samples"
         if abs(mean) > LARGE_MEAN * spread:
-            words += (
+            text += (
                 f"; mean {format_number(mean, 'm/s²')}, "
                 f"{format_number(spread, 'm/s² RMS')} about it"
             )
-        return words
+        return text
 
     def _describe_records(
         self, records: Sequence[RecordSummary], varied: Collection[str]
     ) -> str:
         """Return number, durations and RMS of the records of a sweep."""
-        words = f"{self.kind} {self.parameters(varied)}"
-        words = words.replace("several files", format_count(len(records), "file"), 1)
+        text = f"{self.kind} {self.parameters(varied)}"
+        text = text.replace("several files", format_count(len(records), "file"), 1)
         units = {"duration": "s"} | ({"rms": "m/s² RMS"} if {*varied} <= {"file"} else {})
         for name, unit in units.items():
-            values = [getattr(one, name) for one in records]
-            words += f", {format_range(min(values), max(values), unit)}"
-        return words
+            values = [getattr(record, name) for record in records]
+            text += f", {format_range(min(values), max(values), unit)}"
+        return text
 
     def summarise(self, motion: Samples) -> RecordSummary:
         """Return what is said of a record among several."""

@@ -423,7 +423,7 @@ def has_large_multiplier(point: Point) -> bool:
     return float(np.abs(point.multipliers).max()) > RUNAWAY_SHARE * LARGEST_MULTIPLIER
 
 
-def keeps_sense(one: Point, other: Point) -> bool:
+def keeps_sense(before: Point, after: Point) -> bool:
     """Whether the tangents of two points on either side of a corner run along the branch.
 
     The sign of det(J - I) times the component of p does not change along a branch, unless
@@ -432,7 +432,7 @@ def keeps_sense(one: Point, other: Point) -> bool:
     signs = [
         math.copysign(1.0, float(point.tangent[-1]))
         * math.copysign(1.0, float(np.linalg.det(jacobian - np.eye(len(jacobian)))))
-        for point, jacobian in ((one, one.image.jacobian), (other, other.image.jacobian))
+        for point, jacobian in ((before, before.image.jacobian), (after, after.image.jacobian))
     ]
     return signs[0] == signs[1]
 
@@ -501,8 +501,8 @@ class Continuation:
         if time == 0.0:
             return point
         scale = self.scale_at(point)
-        at = point.p + DIFFERENCE * float(point.tangent[-1])
-        h = DIFFERENCE if self.is_within(at) else -DIFFERENCE
+        p = point.p + DIFFERENCE * float(point.tangent[-1])
+        h = DIFFERENCE if self.is_within(p) else -DIFFERENCE
         shifted = []
         for y in (point.coordinates, point.coordinates + h * point.tangent * scale):
             states = self.return_map.states(
@@ -649,8 +649,10 @@ class Continuation:
             if step is None:
                 end = self.reason_to_end(last)
                 if end == GRAZING:
-                    at = extrapolate_end(points) if has_large_multiplier(last) else last
-                    bifurcations.append(Bifurcation(GRAZING, at, len(points) - 1))
+                    point_at_end = (
+                        extrapolate_end(points) if has_large_multiplier(last) else last
+                    )
+                    bifurcations.append(Bifurcation(GRAZING, point_at_end, len(points) - 1))
                 break
             point, newton_steps = step
             if len(points) > 3 and self.closes(points[0], last, point, ds):
@@ -660,7 +662,11 @@ class Continuation:
             between = self.bifurcations_between(last, point, len(points) - 1, is_corner)
             # Where two branches meet, rounding decides on the sign of a vertical tangent.
             is_near = self.size_of_offset(point) < SAME_PLACE
-            bifurcations += [one for one in between if not (is_near and one.kind == FOLD)]
+            bifurcations += [
+                bifurcation
+                for bifurcation in between
+                if not (is_near and bifurcation.kind == FOLD)
+            ]
             if len(points) > 1:
                 bifurcations += self.continua_between(points[-2], last, point, len(points) - 1)
             points.append(point)
@@ -679,8 +685,8 @@ class Continuation:
             while len(points) > 2 and self.size_of_offset(points[-2]) < SAME_PLACE:
                 del points[-2]
             bifurcations = [
-                one._replace(position=min(one.position, len(points) - 2))
-                for one in bifurcations
+                bifurcation._replace(position=min(bifurcation.position, len(points) - 2))
+                for bifurcation in bifurcations
             ]
         gaps = []
         if end in ("", LIMIT):
@@ -770,7 +776,7 @@ class Continuation:
         if (limit is None and not least < length < most) or not self.is_within(point.p):
             return None
         point = point.along(move)
-        cosines = [float(move @ one.tangent) for one in (last, point)]
+        cosines = [float(move @ end.tangent) for end in (last, point)]
         if min(cosines) < (MIN_COSINE if ds > CORNER_STEP else MIN_CORNER_COSINE) * length:
             return None
         # Beyond a corner the direction is known from the determinants as well.
@@ -848,10 +854,10 @@ class Continuation:
 
     def share_of_offset(self, before: Point, point: Point) -> float:
         """Return the offset along the one before, relative to it; 1 where there is none."""
-        one, other = self.offset(before), self.offset(point)
-        if one is None or other is None or not one.any():
+        offset_before, offset = self.offset(before), self.offset(point)
+        if offset_before is None or offset is None or not offset_before.any():
             return 1.0
-        return float(one @ other / (one @ one))
+        return float(offset_before @ offset / (offset_before @ offset_before))
 
     def bifurcations_between(
         self, first: Point, last: Point, position: int, is_corner: bool
@@ -909,11 +915,11 @@ class Continuation:
                 else det_J_plus_I(corrected[0]) - det_J_plus_I(point)
             )
 
-        for one, other in ((first, middle), (middle, last)):
-            if slope(one) < 0.0 < slope(other):
-                point = self.locate(one, other, slope)
+        for left, right in ((first, middle), (middle, last)):
+            if slope(left) < 0.0 < slope(right):
+                point = self.locate(left, right, slope)
                 if det_J_plus_I(point) <= TOUCHING * max(a, c):
-                    yield Bifurcation(CONTINUUM, point, position - (other is middle))
+                    yield Bifurcation(CONTINUUM, point, position - (right is middle))
 
     def locate(self, first: Point, last: Point, test: Callable[[Point], float]) -> Point:
         """Return the point between two points of a branch at which a test changes sign."""
@@ -940,9 +946,9 @@ class Continuation:
         except ArithmeticError:
             shares = sorted(best)
             brackets = [
-                (one, other)
-                for one, other in itertools.pairwise(shares)
-                if test(best[one]) * test(best[other]) <= 0.0
+                (low, high)
+                for low, high in itertools.pairwise(shares)
+                if test(best[low]) * test(best[high]) <= 0.0
             ]
             share = min(brackets, key=lambda ends: ends[1] - ends[0])[1]
         return best[share]
@@ -957,10 +963,13 @@ class Continuation:
         count = len(back.points)
         bifurcations = [
             *(
-                one._replace(position=count - 2 - one.position)
-                for one in back.bifurcations[::-1]
+                bifurcation._replace(position=count - 2 - bifurcation.position)
+                for bifurcation in back.bifurcations[::-1]
             ),
-            *(one._replace(position=count - 1 + one.position) for one in ahead.bifurcations),
+            *(
+                bifurcation._replace(position=count - 1 + bifurcation.position)
+                for bifurcation in ahead.bifurcations
+            ),
         ]
         points = [point.reversed for point in back.points[:0:-1]] + ahead.points
         ends, gaps = (back.ends[1], ahead.ends[1]), back.gaps + ahead.gaps
@@ -970,27 +979,32 @@ class Continuation:
         """Return a branch with its bifurcations inserted into the points."""
         points: list[Point] = []
         bifurcations = [
-            one._replace(position=0) for one in branch.bifurcations if one.position < 0
+            bifurcation._replace(position=0)
+            for bifurcation in branch.bifurcations
+            if bifurcation.position < 0
         ]
         for i, (point, after) in enumerate(
             itertools.zip_longest(branch.points, branch.points[1:])
         ):
             points.append(point)
-            here = [one for one in branch.bifurcations if one.position == i]
+            here = [
+                bifurcation for bifurcation in branch.bifurcations if bifurcation.position == i
+            ]
             if len(here) > 1:
-                here.sort(key=lambda one: self.separation(point, one.point))
-            for one in here:
+                here.sort(key=lambda bifurcation: self.separation(point, bifurcation.point))
+            for bifurcation in here:
                 if after is not None and not (
-                    one.point.is_same_state(point) or one.point.is_same_state(after)
+                    bifurcation.point.is_same_state(point)
+                    or bifurcation.point.is_same_state(after)
                 ):
-                    points.append(one.point)
-                bifurcations.append(one._replace(position=len(points) - 1))
+                    points.append(bifurcation.point)
+                bifurcations.append(bifurcation._replace(position=len(points) - 1))
         return replace(branch, points=points, bifurcations=bifurcations)
 
-    def separation(self, one: Point, other: Point) -> float:
+    def separation(self, point: Point, other: Point) -> float:
         """Return the arclength between two close points of a branch, scaled."""
-        one = self.at_section_of(one, other)
-        change = (one.coordinates - other.coordinates) / self.scale_at(other)
+        point = self.at_section_of(point, other)
+        change = (point.coordinates - other.coordinates) / self.scale_at(other)
         return float(np.linalg.norm(change))
 
     def switch(self, bifurcation: Point) -> Point | None:
@@ -1039,10 +1053,12 @@ class Continuation:
             )
         )
 
-    def distance(self, one: Point, other: Point) -> float:
+    def distance(self, orbit: Point, other: Point) -> float:
         """Return the smallest scaled distance of an orbit from another or its mirror image."""
-        delay = (other.repetition.begin - one.repetition.begin) % 1.0
-        states = self.return_map.states(one.p, one.state, one.repetition, np.array([delay]))
+        delay = (other.repetition.begin - orbit.repetition.begin) % 1.0
+        states = self.return_map.states(
+            orbit.p, orbit.state, orbit.repetition, np.array([delay])
+        )
         if states is None:
             return math.inf
         scale = self.scale_at(other)[:-1]
@@ -1081,15 +1097,15 @@ class Continuation:
         branches: list[Branch] = []
         gaps: list[Gap] = []
         not_isolated: list[Point] = []
-        known: list[tuple[float, Floats]] = []
+        seed_images: list[tuple[float, Floats]] = []
         for p, state, peak, periods in seeds:
             scale = self.scale(p, peak, len(state))[:-1]
             if any(
                 p == other and float(np.abs((state - image) / scale).max()) < SAME_ORBIT
-                for other, image in known
+                for other, image in seed_images
             ):
                 continue
-            known += [(p, image) for image in self.images(p, state, Repetition(periods))]
+            seed_images += [(p, image) for image in self.images(p, state, Repetition(periods))]
             seed = self.isolate(p, state, peak, periods)
             if seed is None:
                 image = self.return_map(p, state, Repetition(periods))
@@ -1100,51 +1116,51 @@ class Continuation:
             waiting: list[tuple[Point, Point | None]] = [(seed, None)]
             while waiting:
                 point, origin = waiting.pop(0)
-                if origin is not None and any(self.meets(one, origin) for one in branches):
+                if origin is not None and any(self.meets(each, origin) for each in branches):
                     continue
-                if any(self.contains(one, point) for one in branches):
+                if any(self.contains(each, point) for each in branches):
                     continue
                 if len(branches) >= most:
                     return branches, [*gaps, Gap(MANY_BRANCHES, point.p)]
                 branch = self.branch_through(point)
                 branches.append(branch)
                 gaps += branch.gaps
-                for i, (kind, at, position) in enumerate(branch.bifurcations):
+                for i, (kind, bifurcation, position) in enumerate(branch.bifurcations):
                     if kind not in (SYMMETRY_BREAKING, PERIOD_DOUBLING):
                         continue
-                    if not is_in_range(at.p):
+                    if not is_in_range(bifurcation.p):
                         continue
-                    if any(self.meets(one, at) for one in branches):
+                    if any(self.meets(each, bifurcation) for each in branches):
                         continue
-                    if at.repetition.doubled.periods > MAX_PERIODS:
-                        gaps.append(Gap(MANY_PERIODS, at.p))
+                    if bifurcation.repetition.doubled.periods > MAX_PERIODS:
+                        gaps.append(Gap(MANY_PERIODS, bifurcation.p))
                         continue
-                    switched = self.switch(at)
+                    switched = self.switch(bifurcation)
                     if switched is None:
-                        gaps.append(Gap(NOT_SWITCHED, at.p))
-                    elif abs(switched.p - at.p) <= CONTINUUM_WIDTH:
-                        branch.bifurcations[i] = Bifurcation(CONTINUUM, at, position)
+                        gaps.append(Gap(NOT_SWITCHED, bifurcation.p))
+                    elif abs(switched.p - bifurcation.p) <= CONTINUUM_WIDTH:
+                        branch.bifurcations[i] = Bifurcation(CONTINUUM, bifurcation, position)
                     else:
-                        waiting.append((switched, at))
+                        waiting.append((switched, bifurcation))
         gaps += [
             Gap(NOT_ISOLATED, point.p)
             for point in not_isolated
-            if not any(self.contains(one, point) for one in branches)
+            if not any(self.contains(each, point) for each in branches)
         ]
         return branches, gaps
 
     def crossings(self, branch: Branch, p: float) -> Iterator[Point]:
         """Yield the points of a branch at a value of the parameter."""
-        for one, other in zip(branch.points, branch.points[1:], strict=False):
+        for before, after in zip(branch.points, branch.points[1:], strict=False):
             # A point at the value itself belongs to the step that begins there.
-            if (one.p - p) * (other.p - p) > 0.0 or (
-                other.p == p and other is not branch.points[-1]
+            if (before.p - p) * (after.p - p) > 0.0 or (
+                after.p == p and after is not branch.points[-1]
             ):
                 continue
-            one = self.at_section_of(one, other)
-            share = 0.0 if one.p == other.p else (p - one.p) / (other.p - one.p)
-            guess = one.state + share * (other.state - one.state)
-            point = self.at_parameter(p, guess, one.image.peak, other.repetition)
+            start = self.at_section_of(before, after)
+            share = 0.0 if start.p == after.p else (p - start.p) / (after.p - start.p)
+            guess = start.state + share * (after.state - start.state)
+            point = self.at_parameter(p, guess, start.image.peak, after.repetition)
             if point is not None:
                 yield point
 
@@ -1190,7 +1206,8 @@ def cut_to_range(branch: Branch) -> Iterator[Branch]:
         points = points[shift:-1] + points[: shift + 1]
         inside = inside[shift:-1] + inside[: shift + 1]
         bifurcations = [
-            one._replace(position=(one.position - shift) % count) for one in bifurcations
+            bifurcation._replace(position=(bifurcation.position - shift) % count)
+            for bifurcation in bifurcations
         ]
     last = len(points) - 1
     for is_inside, group in itertools.groupby(range(len(points)), key=inside.__getitem__):
@@ -1202,9 +1219,9 @@ def cut_to_range(branch: Branch) -> Iterator[Branch]:
             branch,
             points=points[begin : end + 1],
             bifurcations=[
-                one._replace(position=one.position - begin)
-                for one in bifurcations
-                if begin <= one.position <= end and is_in_range(one.point.p)
+                bifurcation._replace(position=bifurcation.position - begin)
+                for bifurcation in bifurcations
+                if begin <= bifurcation.position <= end and is_in_range(bifurcation.point.p)
             ],
             ends=(
                 branch.ends[0] if begin == 0 else RANGE,

@@ -108,8 +108,8 @@ class PeriodicSystem(NamedTuple):
         """Return the scene in which t = 0 is later by so many periods."""
         (A, f, phase), law, period = self.motion, self.law, self.period
         phases = tuple(
-            at + self.phase_after(frequency, periods)
-            for frequency, at in zip(f, phase, strict=True)
+            angle + self.phase_after(frequency, periods)
+            for frequency, angle in zip(f, phase, strict=True)
         )
         if not isinstance(law, DynamicLaw) and law.variation:
             after = self.phase_after(law.omega / math.tau, periods)
@@ -303,8 +303,8 @@ class ShootingReturnMap:
             trajectory = self.march_for(scene, state, max(float(times[-1]), 1.0))
         except SolverError:
             return None
-        at = [trajectory.state(time * scene.period) for time in times.tolist()]
-        components = np.array([scene.to_components(one) for one in at])
+        along = [trajectory.state(time * scene.period) for time in times.tolist()]
+        components = np.array([scene.to_components(state) for state in along])
         if scene.law.is_elastic and not yields(trajectory):
             components[:, 2] = components[:, 0]
         return components if np.isfinite(components).all() else None

@@ -601,7 +601,7 @@ class OrbitConvergence:
             the position without a spring, and the anchor of an elastic contact that does not
             yield.
         """
-        M = reduce(np.matmul, (one.monodromy() for one in self.trajectories[:periods]))
+        M = reduce(np.matmul, (motion.monodromy() for motion in self.trajectories[:periods]))
         free = self.trajectories[0].plant.k_x == 0.0, False, keeps_anchor(M)
         parts = [i for i in range(len(M)) if not free[i] and self.scale[i] > 0.0]
         sizes = np.array(self.scale)[parts]
@@ -614,7 +614,7 @@ class OrbitConvergence:
         None unless the latest two repetitions have the same events and the map attracts. A step
         neither turns the motion back nor passes a rigid stop.
         """
-        kinds = [one.events.kind.tolist() for one in self.trajectories[: 2 * periods]]
+        kinds = [motion.events.kind.tolist() for motion in self.trajectories[: 2 * periods]]
         if len(self.period_ends) <= self.patience * periods or len(kinds) < 2 * periods:
             return None
         if kinds[:periods] != kinds[periods:]:
@@ -657,9 +657,9 @@ class OrbitConvergence:
         return None if gain * ROUNDING_ERROR > sizes[-1] else (total, gain)
 
 
-def distance_between(one: AnyState, other: AnyState, scale: Sequence[float]) -> float:
+def distance_between(state: AnyState, other: AnyState, scale: Sequence[float]) -> float:
     """Return the distance of two states in units of a scale [-]."""
-    states = in_units((one, other), scale)
+    states = in_units((state, other), scale)
     return float(np.abs(states[0] - states[1]).max())
 
 

@@ -109,7 +109,7 @@ def _draw_panel(axes: Axes, panel: BenchCase, error: Callable[[Score], float | N
 
 def _is_exact(score: Score) -> bool:
     """Whether an entry is the exact solution itself and has no error to draw."""
-    return score.own and score.error_x_r is None and score.verdict.startswith("exact")
+    return score.by_drysim and score.error_x_r is None and score.verdict.startswith("exact")
 
 
 def _draw_pareto_front(axes: Axes, points: Sequence[tuple[float, float]]) -> None:
@@ -132,11 +132,11 @@ def group_by_style(scores: Sequence[Score]) -> Iterator[tuple[list[Score], Style
     grouped: dict[tuple[str, ...], list[Score]] = {}
     for one in scores:
         word, _, rest = one.setting.partition(", ")
-        group = (one.approach, *((word, rest.partition(", ")[2]) if one.own else ()))
+        group = (one.approach, *((word, rest.partition(", ")[2]) if one.by_drysim else ()))
         grouped.setdefault(group, []).append(one)
-    peers = [group for group, members in grouped.items() if not members[0].own]
+    peers = [group for group, members in grouped.items() if not members[0].by_drysim]
     for group, members in grouped.items():
-        if members[0].own:
+        if members[0].by_drysim:
             yield members, OWN_STYLES.get(group[0], EXACT_STYLE)
         else:
             yield (

@@ -32,7 +32,7 @@ def summarise(bench: Bench) -> Summary:
         Summary(
             name=wording.sanitise(panel.scenario.name),
             about=panel.scenario.about,
-            scene=(*panel.words, ("engine", bench.engine)),
+            scene=(*panel.scene, ("engine", bench.engine)),
             table=Grid(bench_columns(panel), ("entry", "verdict"), OPTIONAL_COLUMNS),
             notes=tuple(starmap(Note, bench_findings(panel))),
         )
