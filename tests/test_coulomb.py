@@ -650,7 +650,7 @@ def test_excursions_found_block_by_block_are_those_found_by_states(law, seed, mo
         found = stroke.excursions(parted, limits)
         assert found == pytest.approx(stroke.excursions(whole, limits), rel=1e-9)
         crossings = stroke.crossings_of(whole.path, end, whole.end, limits)
-        by_states = responses.BaseTrajectory.crossing_times(whole, crossings)
+        by_states = responses.Trajectory.crossing_times(whole, crossings)
         assert parted.crossing_times(crossings) == pytest.approx(by_states, rel=1e-11)
         assert (by_states >= crossings.low).all()
         assert (by_states <= crossings.high).all()

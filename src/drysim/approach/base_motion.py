@@ -20,6 +20,7 @@ from drysim.core.forcing import (
 from drysim.core.model import (
     CoulombLaw,
     Floats,
+    PiecewiseLaw,
     Samples,
     Sines,
     integrate_base_squares,
@@ -40,14 +41,16 @@ SAMPLE_TIME_TOLERANCE = 1e-12
 """Relative tolerance within which a time counts as that of a sample."""
 
 
-def make_waves(motion: Sines | Samples, law: CoulombLaw = CONSTANT_FRICTION) -> Waves:
+def make_waves(
+    motion: Sines | Samples, law: CoulombLaw | PiecewiseLaw = CONSTANT_FRICTION
+) -> Waves:
     """Return the sines of a scene as kernel arrays; a varying friction limit is one more."""
     values = wave_values(motion if isinstance(motion, Sines) else BASE_AT_REST, law)
     size = len(values) // WAVE_COLUMNS
     return Waves(as_engine_array(np.array(values)), size, size - bool(law.variation))
 
 
-def wave_values(motion: Sines, law: CoulombLaw) -> list[float]:
+def wave_values(motion: Sines, law: CoulombLaw | PiecewiseLaw) -> list[float]:
     """Return the columns of `Waves` before their phases are set."""
     values: list[float] = []
     for i, A in enumerate(motion.A):

@@ -87,13 +87,9 @@ def compute_trajectory(
         unstopped: PiecewiseTrajectory = load_module("coulomb").sine_trajectory(*scene)
         if not unstopped.reaches_stops:
             return unstopped
-    trajectory: ExactTrajectory = solver_module(law, motion).compute_trajectory(*scene, whole)
+    solver = load_module(solver_of(law, motion).module)
+    trajectory: ExactTrajectory = solver.compute_trajectory(*scene, whole)
     return trajectory
-
-
-def solver_module(law: AnyLaw, motion: Sines | Samples) -> Any:
-    """Return the module that solves a scene."""
-    return load_module(solver_of(law, motion).module)
 
 
 @cache

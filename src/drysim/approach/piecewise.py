@@ -49,7 +49,7 @@ from drysim.approach.buffers import (
 )
 from drysim.approach.grid import points_of_trajectory
 from drysim.approach.progress import check_event_count, check_progress, count_intervals
-from drysim.approach.solution import BaseTrajectory, Events, Impacts, Path
+from drysim.approach.solution import Events, ExactTrajectory, Impacts, Path
 from drysim.core.compile import as_engine_array
 from drysim.core.events import LIFT, EventLog, Segments
 from drysim.core.forcing import Scene, Waves
@@ -131,10 +131,9 @@ def compute_trajectory(
     duration = run_duration(motion, duration)
     dt, last, length = last_interval(motion, duration)
     u_dd = motion.u_dd[:2] if isinstance(motion, Samples) else np.zeros(2)
-    load = CoulombLaw(law.F_fk, law.F_fk, law.variation, law.omega, law.phase)
     # A normal force that varies depends on time from the start.
     one_block = whole or law.varies or last < MAX_CACHED
-    size, waves = last + 1 if one_block else BLOCK_SIZE, make_waves(motion, load)
+    size, waves = last + 1 if one_block else BLOCK_SIZE, make_waves(motion, law)
     march = PiecewiseMarch(plant, law, motion, last + 1, size, [], waves, (dt, length))
     origin = SegmentBase(0.0, float(u_dd[0]), float(u_dd[1] - u_dd[0]) / dt)
     x_r, v_r = start[:2]
@@ -485,7 +484,7 @@ def points_in_part(part: Part, t: Floats) -> Points:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class PiecewiseTrajectory(BaseTrajectory):
+class PiecewiseTrajectory(ExactTrajectory):
     """Solution in closed form, over the blocks of a march.
 
     `turns` and `impacts` are the turning points of x_r and the contacts with a stop of a march

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from drysim.approach.base_motion import CONSTANT_FRICTION, make_waves
+from drysim.approach.base_motion import make_waves
 from drysim.approach.piecewise import to_kernel
 from drysim.approach.solution import Response
 from drysim.core.compile import as_engine_array
 from drysim.core.events import Segments
 from drysim.core.forcing import Scene
-from drysim.core.model import AnyLaw, AnyState, CoulombLaw, DynamicLaw, Floats, Plant, Samples
+from drysim.core.model import AnyLaw, AnyState, DynamicLaw, Floats, Plant, Samples
 from drysim.core.trajectory import Solution
 from drysim.core.variational import (
     Deviations,
@@ -83,10 +83,7 @@ def solution_on_grid(response: Response) -> Solution:
     s = np.maximum(t - n * dt, 0.0)
     columns = (as_engine_array(column[inside]) for column in (x_r, v_r, x_0, d))
     u_dd = motion.u_dd[: last + 1] if isinstance(motion, Samples) else np.zeros(last + 1)
-    load = CONSTANT_FRICTION
-    if law.variation:
-        load = CoulombLaw(law.F_fk, law.F_fk, law.variation, law.omega, law.phase)
     kernel_law = to_kernel(plant, law.as_piecewise())
-    scene = Scene(plant, kernel_law, make_waves(motion, load), as_engine_array(u_dd), dt)
+    scene = Scene(plant, kernel_law, make_waves(motion, law), as_engine_array(u_dd), dt)
     segments = Segments(as_engine_array(n), as_engine_array(s), *columns)
     return Solution(scene, segments)

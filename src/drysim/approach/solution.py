@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -264,102 +264,16 @@ class Impacts(NamedTuple):
     v_r: Floats
 
 
-class Trajectory(Protocol):
-    """Continuous solution behind a response: state at any time, integrals over any window."""
-
-    @property
-    def plant(self) -> Plant:
-        """Oscillator."""
-
-    @property
-    def law(self) -> AnyLaw:
-        """Friction law."""
-
-    @property
-    def motion(self) -> Sines | Samples:
-        """Base motion."""
-
-    @property
-    def closest_decision(self) -> float:
-        """Smallest relative margin of a decision between stick and slip [-]."""
-
-    @property
-    def end(self) -> float:
-        """Final time [s]."""
-
-    def at(self, t: Floats) -> Points:
-        """Return the motion at ascending times [s]; where it jumps, that after the jump."""
-
-    def state(self, t: float) -> AnyState:
-        """Return the state at time t [s]."""
-
-    def totals(self, begin: float, end: float) -> Totals:
-        """Return the integrals over a window [s]."""
-
-    @property
-    def events(self) -> Events:
-        """The start and every change of mode."""
-
-    @property
-    def path(self) -> Path:
-        """The start and the turning points of x_r, which is monotone between them."""
-
-    def chatter(self, begin: float, end: float) -> float:
-        """Return the share of a window with two sign changes of v_r in four steps [-]."""
-
-    def monodromy(self) -> Floats:
-        """Return the derivative of the final state by the first one, shape (n, n).
-
-        The state is x_r [m], v_r [m/s] and, with an elastic contact, the x_r at which that
-        carries no force [m]. NaN where it is not known in closed form.
-        """
-
-    def jacobian(self) -> tuple[float, float] | None:
-        """Return trace and determinant of the derivative of the final state by the first one.
-
-        None where it is not known in closed form.
-        """
-
-    def crossing_times(self, crossings: Crossings) -> Floats:
-        """Return the times of crossings of levels [s]."""
-
-    @property
-    def reaches_stops(self) -> bool:
-        """Whether x_r reaches an end stop."""
-
-    @property
-    def without_stops(self) -> Trajectory:
-        """The same motion in the scene without end stops, where it reaches none."""
-
-    def hits(self) -> Impacts:
-        """Return the contacts with an end stop."""
-
-    def peak_bumper_force(self, begin: float, end: float) -> float:
-        """Return the largest force of a bumper in a window [N]."""
-
-
-class ExactTrajectory(Trajectory, Protocol):
-    """Trajectory by an exact algorithm, from which any grid can be computed."""
-
-    @property
-    def without_stops(self) -> ExactTrajectory:
-        """The same motion in the scene without end stops, where it reaches none."""
-
-    def points(self, dt: float, first: int, last: int) -> Points:
-        """Return points `first` to `last` - 1 of a grid with step dt [s]; samples have it."""
-
-    def error(self, grid: Grid) -> float | None:
-        """Return the estimated error of x_r on a grid relative to its peak [-], or None."""
-
-
 def keeps_anchor(monodromy: Floats) -> bool:
     """Return whether an elastic contact never yields, from a derivative by `monodromy`."""
     return len(monodromy) == 3 and bool((monodromy[2] == (0.0, 0.0, 1.0)).all())
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class BaseTrajectory:
-    """A scene with its motion, and what holds of a trajectory unless its class knows better.
+class Trajectory:
+    """Continuous solution behind a response: state at any time, integrals over any window.
+
+    What its methods return here holds unless a class knows better.
 
     Attributes
     ----------
@@ -381,7 +295,11 @@ class BaseTrajectory:
     closest_decision: float = math.inf
 
     def at(self, t: Floats) -> Points:
-        """Return the motion at ascending times [s]."""
+        """Return the motion at ascending times [s]; where it jumps, that after the jump."""
+        raise NotImplementedError
+
+    def totals(self, begin: float, end: float) -> Totals:
+        """Return the integrals over a window [s]."""
         raise NotImplementedError
 
     def state(self, t: float) -> AnyState:
@@ -391,11 +309,17 @@ class BaseTrajectory:
 
     @property
     def path(self) -> Path:
-        """The events: where each is a zero of v_r and none of these is missing."""
+        """The start and the turning points of x_r, which is monotone between them.
+
+        Here the events: where each is a zero of v_r and none of these is missing.
+        """
         return Path(self.events.t, self.events.x_r)
 
     def chatter(self, begin: float, end: float) -> float:
-        """Return 0: where stops are located there is no step to chatter with."""
+        """Return the share of a window with two sign changes of v_r in four steps [-].
+
+        It is 0 where stops are located: there is no step to chatter with.
+        """
         return 0.0
 
     def crossing_times(self, crossings: Crossings) -> Floats:
@@ -420,7 +344,11 @@ class BaseTrajectory:
         return times
 
     def monodromy(self) -> Floats:
-        """Return NaN: the derivative of the final state is not known in closed form."""
+        """Return the derivative of the final state by the first one, shape (n, n).
+
+        The state is x_r [m], v_r [m/s] and, with an elastic contact, the x_r at which that
+        carries no force [m]. NaN where it is not known in closed form.
+        """
         return np.full((2, 2), math.nan)
 
     def jacobian(self) -> tuple[float, float] | None:
@@ -439,27 +367,38 @@ class BaseTrajectory:
         minors = [float(M[i, i] * M[j, j] - M[i, j] * M[j, i]) for i, j in pairs]
         return float(np.trace(M)), sum(minors)
 
-    def error(self, grid: Grid) -> float | None:
-        """Return None: a closed form has no error but rounding."""
-        return None
-
     @property
     def reaches_stops(self) -> bool:
-        """False: there are no end stops."""
+        """Whether x_r reaches an end stop."""
         return False
 
     @property
     def without_stops(self) -> Self:
-        """The trajectory itself."""
+        """The same motion in the scene without end stops, where it reaches none."""
         return self
 
     def hits(self) -> Impacts:
-        """Return no contacts."""
+        """Return the contacts with an end stop."""
         return Impacts(np.empty(0), np.empty(0))
 
     def peak_bumper_force(self, begin: float, end: float) -> float:
-        """Return 0 N."""
+        """Return the largest force of a bumper in a window [N]."""
         return 0.0
+
+
+class ExactTrajectory(Trajectory):
+    """Trajectory by an exact algorithm, from which any grid can be computed."""
+
+    def points(self, dt: float, first: int, last: int) -> Points:
+        """Return points `first` to `last` - 1 of a grid with step dt [s]; samples have it."""
+        raise NotImplementedError
+
+    def error(self, grid: Grid) -> float | None:
+        """Return the estimated error of x_r on a grid relative to its peak [-].
+
+        None where there is none but rounding.
+        """
+        return None
 
 
 @dataclass(frozen=True, eq=False)

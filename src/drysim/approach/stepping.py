@@ -9,11 +9,11 @@ import numpy as np
 from drysim.approach.base_motion import base_square_integrals, count_grid_points, make_waves
 from drysim.approach.solution import (
     FIXED_STEP,
-    BaseTrajectory,
     Events,
     Numerics,
     Path,
     Response,
+    Trajectory,
     stored_grid,
 )
 from drysim.core.compile import as_engine_array, engine
@@ -134,7 +134,7 @@ def mode_changes(plant: Plant, u_dd: Floats, dt: float, points: Points) -> Event
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class FixedStepTrajectory(BaseTrajectory):
+class FixedStepTrajectory(Trajectory):
     """Solution known at grid points only: linear between them, sums in place of integrals."""
 
     dt: float

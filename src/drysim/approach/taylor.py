@@ -42,7 +42,7 @@ from drysim.approach.base_motion import (
 from drysim.approach.buffers import as_arrays, empty_columns, empty_log, empty_points
 from drysim.approach.grid import grid_times, points_of_trajectory
 from drysim.approach.progress import check_progress
-from drysim.approach.solution import BaseTrajectory, Events, Grid, events_from_log
+from drysim.approach.solution import Events, ExactTrajectory, Grid, events_from_log
 from drysim.core.compile import as_engine_array
 from drysim.core.dynamic_friction import COUNT, DIRECTION, drop_smallest_loop, update_branch
 from drysim.core.events import EventLog, SeriesSegments, decision_margin
@@ -126,7 +126,7 @@ def compute_trajectory(
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class TaylorTrajectory(BaseTrajectory):
+class TaylorTrajectory(ExactTrajectory):
     """Solution by Taylor series, known at any time; a limited number of blocks is in memory.
 
     `events` holds every event and every zero of v_r.

@@ -28,22 +28,17 @@ def deviation_growth(scene, period, state, growth):
     state : PeriodState
         State at the start of the first period.
     growth : array, shape (periods,)
-        Written [-]: minus infinity where the deviation vanishes, NaN from the first period on
-        in which it is not defined, as where the mass just touches the state of rest.
+        NaN, which is overwritten [-]: by minus infinity where the deviation vanishes, and not
+        from the first period on in which it is not defined, as where the mass just touches the
+        state of rest.
     """
     rate = velocity_scale_rate(scene.plant, period)
     p, q = math.sqrt(0.5), math.sqrt(0.5)
-    broken = False
     for n in range(len(growth)):
-        if broken:
-            growth[n] = math.nan
-            continue
         d = state.d
         state, events, _ = period_map(scene, period, state)
         if events < 0 or events + SINES_LOG_RESERVE > len(scene.log.kind):
-            broken = True
-            growth[n] = math.nan
-            continue
+            return
         a, b, c, e = event_monodromy(scene, period, rate, d, int(ZERO), events)
         p, q = a * p + b * q, c * p + e * q
         size = math.hypot(p, q)
@@ -54,5 +49,4 @@ def deviation_growth(scene, period, state, growth):
             growth[n] = math.log(size)
             p, q = p / size, q / size
         else:
-            broken = True
-            growth[n] = math.nan
+            return

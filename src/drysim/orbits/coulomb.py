@@ -54,7 +54,7 @@ def deviation_growth(
     scene = orbit.SineMarch(plant, law, make_waves(motion, law), empty_log(LOG_LENGTH))
     x_r, v_r = start[:2]
     d = int(initial_slip_state(plant, law, scene.waves, x_r, v_r, scene.log).d)
-    growth = as_engine_array(np.empty(periods))
+    growth = as_engine_array(np.full(periods, np.nan))
     lyapunov.deviation_growth(scene, period, orbit.PeriodState(x_r, v_r, d), growth)
     return np.asarray(growth)
 
