@@ -50,7 +50,7 @@ SCENES = {
     "rigid": (PiecewiseLaw(30.0, 40.0, 0.0, 0.5, 8.0), SINE, "pressed", "rigid contact"),
     "stribeck": (DynamicLaw(30.0, 40.0, STRIBECK), SINE, "series", "friction that depends"),
     "lugre": (
-        DynamicLaw(30.0, 40.0, BRISTLE, 1e-2, 2.0, 1e5, 300.0), SAMPLES, "series", "for bristles,",
+        DynamicLaw(30.0, 40.0, BRISTLE, 1e-2, 2.0, 1e5, 300.0), SAMPLES, "series", "bristles,",
     ),
     "leuven": (
         DynamicLaw(30.0, 40.0, LEUVEN, 1e-2, 2.0, 1e5, 300.0, 0.0, 60.0), SINE, "series",
