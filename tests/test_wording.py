@@ -19,6 +19,7 @@ from drysim.core.model import (
 )
 from drysim.excitation.harmonic import Harmonic, Rest, SineSum
 from drysim.excitation.recorded import Record
+from drysim.scenario.axes import Axis
 from drysim.scenario.text import (
     describe_axis,
     describe_case,
@@ -211,7 +212,7 @@ def test_unit_of_a_table_is_written_as_people_do(table, people):
 
 def test_place_of_a_case_names_keys_by_their_last_word_unless_two_share_it():
     def axis(key, unit, *values):
-        return SimpleNamespace(key=key, unit=unit, values=values, description="")
+        return Axis(key, unit, values)
 
     axes = [axis("excitation.frequency", "Hz", 1.6), axis("excitation.rms", "m/s2", 0.5)]
     point = {"excitation.frequency": 1.6, "excitation.rms": 0.5}

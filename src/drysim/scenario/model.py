@@ -82,7 +82,9 @@ Columns = dict[str, NDArray[Any]]
 STATIC_KEYS = ("static", "static_ratio", "mu_static")
 """Keys that can set the static limit above kinetic friction."""
 
-_STATIC_PATHS = {f"friction.{key}" for key in STATIC_KEYS}
+STATIC_PATHS = tuple(f"friction.{key}" for key in STATIC_KEYS)
+"""Their dotted keys."""
+
 _VARIATION_PREFIXES = ("friction.normal_variation.", "friction.normal_record.")
 _STOPS_PREFIX = "stroke.stops."
 
@@ -485,7 +487,11 @@ def _unsupported_features(
             features.append(
                 (DIRECTED_FRICTION, ("friction", "kinetic" if directed else "static"))
             )
-        if law.F_fs > law.F_fk or scenario.static_interval or _STATIC_PATHS & {*swept}:
+        if (
+            law.F_fs > law.F_fk
+            or scenario.static_interval
+            or {*swept}.intersection(STATIC_PATHS)
+        ):
             given = (key for key in STATIC_KEYS if getattr(friction, key, None) is not None)
             features.append((STATIC_LIMIT, ("friction", next(given, "static"))))
         if law.is_elastic or isinstance(law, DynamicLaw):
@@ -767,7 +773,7 @@ def approach_uses_key(name: str, key: str) -> bool:
         return (
             member.supports_friction
             and option not in LAWS  # options of another law
-            and (member.supports_static or key not in _STATIC_PATHS)
+            and (member.supports_static or key not in STATIC_PATHS)
             and (member.supports_dynamic or option in Coulomb.model_fields)
             and (member.supports_variation or not key.startswith(_VARIATION_PREFIXES))
         )
@@ -847,7 +853,7 @@ def _friction_dict(
     swept, still_open = {axis.key for axis in scenario.sweep}, set()
     if friction.normal is None and "oscillator.mass" in swept:
         still_open.add("normal")
-    if not friction.static_given and swept & _STATIC_PATHS:
+    if not friction.static_given and swept.intersection(STATIC_PATHS):
         still_open.add("static_ratio")
     values = {
         key: _without_tag(value, LAW_KEY) if key in LAWS else value
@@ -855,19 +861,10 @@ def _friction_dict(
         if key not in still_open
     }
     if relative_to is not None:
-        options = {law: getattr(friction, law, None) for law in LAWS}
-        blocks = [
-            (friction, values),
-            *(
-                (options_of_law, values[law])
-                for law, options_of_law in options.items()
-                if options_of_law
-            ),
-        ]
-        for block, block_words in blocks:
-            force = getattr(block, "normal_record", None)
-            if force is not None:
-                block_words["normal_record"]["file"] = force.file_from(relative_to)
+        options = ((getattr(friction, law, None), values.get(law, {})) for law in LAWS)
+        for block, plain in ((friction, values), *options):
+            if (force := getattr(block, "normal_record", None)) is not None:
+                plain["normal_record"]["file"] = force.file_from(relative_to)
     return values
 
 

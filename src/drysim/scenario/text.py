@@ -23,7 +23,7 @@ from drysim.core.model import (
 )
 from drysim.excitation.random import Until
 from drysim.scenario.axes import Axis
-from drysim.scenario.model import Scenario
+from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.wording import (
     Point,
     format_count,
@@ -43,9 +43,6 @@ from drysim.wording import (
 MAX_LISTED_VALUES = 5
 """Number of values of a swept key up to which each is listed."""
 
-MAX_SCANNED_VALUES = 10_000
-"""More values than this come from an ordered range, so that first and last are the extremes."""
-
 
 def describe_axis(axis: Axis) -> str:
     """Return a swept key and its values, e.g. `excitation.rms 0.5 to 1 m/s² (6 values)`."""
@@ -55,12 +52,8 @@ def describe_axis(axis: Axis) -> str:
     if len(values) <= MAX_LISTED_VALUES:
         *most, last = format_distinct(values)
         return f"{axis.key} {', '.join([*most, f'{last} {unit}'.rstrip()])}"
-    ends = (
-        (values[0], values[-1])
-        if len(values) > MAX_SCANNED_VALUES
-        else (min(values), max(values))
-    )
-    return f"{axis.key} {format_range(*ends, unit)} ({len(values)} values)"
+    ends = axis.range
+    return f"{axis.key} {format_range(ends.low, ends.high, unit)} ({len(values)} values)"
 
 
 def describe_case(point: Point, axes: Sequence[Axis]) -> str:
@@ -159,9 +152,6 @@ def describe_clean_up(
 ALL_SHARED = {"kinetic": True, "static": True}
 """All cases share both friction forces: the default for a single case."""
 
-STATIC_KEYS = ("friction.static", "friction.mu_static")
-"""How the keys of the static limit begin."""
-
 NO_RATIOS: Mapping[str, float] = {}
 """A scenario that defines forces and damping directly."""
 
@@ -191,7 +181,7 @@ def describe_scene(
         Whether to say that the static limit is not given.
     """
     ratios = scenario.ratios
-    static_swept = any(key.startswith(STATIC_KEYS) for key in swept)
+    static_swept = any(key.startswith(STATIC_PATHS) for key in swept)
     defaulted = defaults and not scenario.static_given and not static_swept
     forces = describe_friction(
         law, defaulted, **shared, terms=scenario.terms, swept=swept, ratios=ratios

@@ -24,6 +24,7 @@ from drysim.metrics.comfort import DIRECTIONS, UNVERIFIED_DIRECTIONS
 from drysim.metrics.table import METRICS_BY_NAME, SHARE, UNITS, Need
 from drysim.scenario.axes import (
     DIRECTION_KEY,
+    MAX_STORED_VALUES,
     Axis,
     axis_groups,
     count_points,
@@ -476,9 +477,6 @@ def _sine_warnings(motion: Sines, phases: Iterable[float]) -> Iterator[WarningMe
 
 # Sweeps: cases at the ends of axes, and keys without effect
 
-MAX_SCANNED_VALUES = 10_000
-"""Axes with more values are represented by their first and last value."""
-
 
 def extreme_cases(scenario: Scenario) -> Iterator[Scenario]:
     """Yield the cases at the smallest and the largest value of each swept key.
@@ -497,7 +495,7 @@ def extreme_cases(scenario: Scenario) -> Iterator[Scenario]:
 def _extreme_points(group: Sequence[Axis]) -> list[dict[str, Any]]:
     """Return the points at which a key of a group has its smallest or largest value."""
     count = len(group[0].values)
-    if count > MAX_SCANNED_VALUES:
+    if count > MAX_STORED_VALUES:  # as a rule a range, whose ends are the extremes
         return [_point(group, 0), _point(group, count - 1)]
     # The values of a sample are computed together: one costs as much as a chunk.
     every = list(points_in(point_columns(group, 0, count)))
@@ -647,7 +645,7 @@ def _apply_together(scenario: Scenario, *checks: Check) -> bool:
         asked = [condition for condition in conditions if condition.key == key]
         default = asked[0].here
         values = swept.get(key, [nan if default is None else default])
-        if len(values) > MAX_SCANNED_VALUES:
+        if len(values) > MAX_STORED_VALUES:
             continue
         if not any(all(condition.holds({key: v}) for condition in asked) for v in values):
             return False
