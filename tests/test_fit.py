@@ -836,7 +836,7 @@ def test_end_of_a_profile_is_excluded_and_open_only_where_nothing_is(monkeypatch
         if end is None:
             farthest = min(abs(bound - x), 1e3 * x)
             assert rise(farthest, scale) < 3.85
-            assert max(abs(one.at - x) for one in points) >= farthest
+            assert max(abs(one.value - x) for one in points) >= farthest
             continue
         distance = abs(end - x)
         assert (end - x) * sign > 0.0

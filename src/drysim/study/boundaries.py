@@ -120,7 +120,7 @@ class Corner(NamedTuple):
     """A point on the perimeter of a cell, and the label that begins there; -1 for a node."""
 
     number: int
-    at: Floats
+    point: Floats
     before: int
     after: int
 
@@ -172,10 +172,10 @@ def join_cell(perimeter: Sequence[Corner], joined: Joined) -> None:
         return
     # Of a saddle, the shorter way.
     if len(left) == 4 and len({corner.pair for corner in left}) == 1:
-        lengths = [np.hypot(*(left[i].at - left[i - 1].at)) for i in range(4)]
+        lengths = [np.hypot(*(left[i].point - left[i - 1].point)) for i in range(4)]
         if lengths[0] + lengths[2] < lengths[1] + lengths[3]:
             left = [left[-1], *left[:-1]]
-        joined.patches.append((left[1].after, np.array([corner.at for corner in left])))
+        joined.patches.append((left[1].after, np.array([corner.point for corner in left])))
     index = 0
     while index + 1 < len(left):
         corner, other = left[index : index + 2]
@@ -192,7 +192,7 @@ def join_cell(perimeter: Sequence[Corner], joined: Joined) -> None:
         joined.segments[left[0].pair].append((left[-1].number, left[0].number))
         left = left[1:-1]
     if left:  # three or more regions meet
-        joined.points.append(np.mean([corner.at for corner in left], axis=0))
+        joined.points.append(np.mean([corner.point for corner in left], axis=0))
         joined.widths.append(0.0)
         for corner in left:
             joined.segments[corner.pair].append((corner.number, len(joined.points) - 1))
@@ -201,7 +201,7 @@ def join_cell(perimeter: Sequence[Corner], joined: Joined) -> None:
     begin = 0
     for end in range(1, len(around)):
         if around[end].number >= 0:
-            polygon = [corner.at for corner in around[begin : end + 1]]
+            polygon = [corner.point for corner in around[begin : end + 1]]
             polygon += [joined.points[-1]] if left else []
             joined.patches.append((around[begin].after, np.array(polygon)))
             begin = end

@@ -546,7 +546,7 @@ MAX_OPEN_SWEEPS = 2
 class Payload:
     """Scenario as text with the files that it names; no worker reads files of the client."""
 
-    words: str
+    document: str
     """Resolved scenario as YAML, with the files named as below."""
     files: tuple[tuple[str, bytes], ...]
     """Names and contents."""
@@ -579,7 +579,7 @@ def open_plan(payload: Payload) -> Plan:
     folder = Path(tempfile.mkdtemp(prefix="drysim-", dir=worker_folder()))
     with ExitStack() as cleanup:
         cleanup.callback(rmtree, folder, ignore_errors=True)
-        (folder / SCENARIO_FILE).write_text(payload.words, encoding="utf-8")
+        (folder / SCENARIO_FILE).write_text(payload.document, encoding="utf-8")
         for file, content in payload.files:
             (folder / file).write_bytes(content)
         case = prepare(load(folder / SCENARIO_FILE))

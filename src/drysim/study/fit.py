@@ -389,7 +389,7 @@ def describe_fit(
         profiles=tuple(
             Profile(
                 model.parameters[j].key,
-                np.array([point.at for point in profile.points]) * scale[j],
+                np.array([point.value for point in profile.points]) * scale[j],
                 np.array([point.rise for point in profile.points])
                 - min(point.rise for point in profile.points),
             )

@@ -348,7 +348,7 @@ def with_best_static_limit(law_fit: LawFit, profiles: Mapping[int, ParameterProf
     for j, profile in profiles.items():
         if law_fit.model.parameters[j].key.startswith(STATIC_PATHS):
             best, least = min(profile.points, key=lambda point: point.rise), profile.points[0]
-            x[j] = least.at if least.rise - best.rise < 1.0 else best.at
+            x[j] = least.value if least.rise - best.rise < 1.0 else best.value
     return replace(law_fit, solution=law_fit.solution._replace(x=x))
 
 

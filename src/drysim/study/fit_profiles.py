@@ -55,7 +55,7 @@ jumps, that of the distance of the end."""
 class ProfilePoint(NamedTuple):
     """Value of one scaled parameter, rise of the sum of squares, and all parameters there."""
 
-    at: float
+    value: float
     rise: float
     x: Floats
 
@@ -119,7 +119,7 @@ def _over_all_samples(
             if first == 0:
                 break
             x = solution.x.copy()
-            x[j] = 0.5 * (ordered[first].at + ordered[first - 1].at)
+            x[j] = 0.5 * (ordered[first].value + ordered[first - 1].value)
             points = sorted([*points, point(x)], key=lambda point: point[:2])
         ordered = points[::sign]
         first = _first_within(ordered)
@@ -127,7 +127,7 @@ def _over_all_samples(
         if first == 0 or selected_end is None:
             ends.append(None)
         else:
-            ends.append(sign * min(sign * ordered[first - 1].at, sign * selected_end))
+            ends.append(sign * min(sign * ordered[first - 1].value, sign * selected_end))
     return ParameterProfile(ends[0], ends[1], points)
 
 

@@ -100,7 +100,7 @@ def prepare(
     records: tuple[RecordSummary, ...] = ()
     if swept and (files := swept_files(scenario)):
         read = [read_swept(scenario, files, i) for i in range(len(files))]
-        sources, records = [one[:2] for one in read], tuple(one[2] for one in read)
+        sources, records = [record[:2] for record in read], tuple(record[2] for record in read)
     warnings = (
         *scenario_warnings(scenario, motion, compared),
         *(warning for warnings, _ in sources for warning in warnings),
