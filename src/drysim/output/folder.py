@@ -554,17 +554,14 @@ def read_stored_fields(folder: Path) -> dict[str, Any]:
             what = f"{name} is {value}, which is not {FIELD_WORDS[kinds]}"
             raise OutputError(f"{file} is damaged: {what}", AGAIN_HINT)
     version = fields.get("format")
-    if isinstance(version, int) and version < FORMAT_VERSION:
+    if isinstance(version, int) and version != FORMAT_VERSION:
+        is_old = version < FORMAT_VERSION
         raise OutputError(
-            f"{file} was written by an earlier version of drysim: it has format {version}, and "
-            f"this version reads format {FORMAT_VERSION}",
-            "repeat its command; scenario.yaml holds the scenario",
-        )
-    if isinstance(version, int) and version > FORMAT_VERSION:
-        raise OutputError(
-            f"{file} was written by a later version of drysim: it has format {version}, and "
-            f"this version reads format {FORMAT_VERSION}",
-            "update drysim",
+            f"{file} was written by {'an earlier' if is_old else 'a later'} version of drysim: "
+            f"it has format {version}, and this version reads format {FORMAT_VERSION}",
+            "repeat its command; scenario.yaml holds the scenario"
+            if is_old
+            else "update drysim",
         )
     return fields
 

@@ -61,11 +61,11 @@ def findings(result: HardCases) -> Iterator[Note]:
 
 def hard_case_columns(result: HardCases) -> list[list[str]]:
     """Return the table by columns, header first, sums last."""
-    names = [one.approach for one in result.cases[0].results]
+    names = [trial.approach for trial in result.cases[0].results]
     table = [["case", *(case.scenario.name for case in result.cases), "held"]]
     for at, name in enumerate(names):
         results = [case.results[at] for case in result.cases]
-        count = sum(one.verdict == HELD for one in results)
+        count = sum(trial.verdict == HELD for trial in results)
         table.append([name, *map(result_cell, results), f"{count} of {len(results)}"])
     return table
 
@@ -82,25 +82,30 @@ def write_hard_cases_csv(result: HardCases, file: Path) -> None:
     headers = ["case", "approach", "verdict", "how", *map(column_header, numbers)]
     rows = []
     for case in result.cases:
-        for one in case.results:
-            off = [format_cell(one.deviations.get(metric)) for metric in COMPARED_METRICS]
-            counts = [str(one.checks), str(one.passed), str(one.time)]
-            words = [case.scenario.name, one.approach, one.verdict, quote_cell(one.reason)]
-            rows.append([*words, *off, *counts])
+        for trial in case.results:
+            texts = [
+                case.scenario.name,
+                trial.approach,
+                trial.verdict,
+                quote_cell(trial.reason),
+            ]
+            off = [format_cell(trial.deviations.get(metric)) for metric in COMPARED_METRICS]
+            counts = [str(trial.checks), str(trial.passed), str(trial.time)]
+            rows.append([*texts, *off, *counts])
     write_csv(file, headers, [join_cells(rows)])
 
 
 def hard_case_fields(result: HardCases, provenance: Provenance) -> Fields:
     """Return the content of drysim.json for the hard cases."""
-    results = [one for case in result.cases for one in case.results]
+    trials = [trial for case in result.cases for trial in case.results]
     metrics: Fields = {
-        name: dict(Counter(one.verdict for one in results if one.approach == name))
-        for name in dict.fromkeys(one.approach for one in results)
+        name: dict(Counter(trial.verdict for trial in trials if trial.approach == name))
+        for name in dict.fromkeys(trial.approach for trial in trials)
     }
     cases: list[Fields] = [
         {
             "scenario": {"name": case.scenario.name, **origin_fields(case.scenario.origin)},
-            "trials": [_trial_fields(one) for one in case.results],
+            "trials": [_trial_fields(trial) for trial in case.results],
         }
         for case in result.cases
     ]

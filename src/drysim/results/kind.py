@@ -93,7 +93,7 @@ class Kind:
 
     def writes(self, name: str) -> bool:
         """Whether a file of this name, relative to its folder, may belong to a result."""
-        pictures = (f"{one.name}.{form}" for one in self.pictures for form in (PNG, SVG, PDF))
+        pictures = (f"{each.name}.{form}" for each in self.pictures for form in (PNG, SVG, PDF))
         path = PurePosixPath(name)
         return any(
             path.match(pattern) and len(path.parts) == len(PurePosixPath(pattern).parts)

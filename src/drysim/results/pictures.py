@@ -65,7 +65,7 @@ def plot(result: AnyResult, picture: str | None = None, ax: Axes | None = None) 
         several panels shall be drawn into `ax`.
     """
     kind = kind_of(result)
-    pictures = {one.name: one for one in kind.pictures}
+    pictures = {each.name: each for each in kind.pictures}
     if not pictures:
         raise UsageError(f"there are no pictures of {kind.what}")
     name = next(iter(pictures)) if picture is None else str(picture)

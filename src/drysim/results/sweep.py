@@ -428,10 +428,7 @@ def transmissibility_text(scenario: Scenario) -> AsText | None:
 
     The rows of a small table are formatted together: its batches may hold a single case each.
     """
-    from drysim.study.plan import approaches_of
-    from drysim.study.run import count_cases
-
-    if count_cases(approaches_of(scenario)) <= MAX_CACHED_ROWS:
+    if run.count_cases(approaches_of(scenario)) <= MAX_CACHED_ROWS:
         return None
     columns = columns_of(scenario, scenario.sweep, averages_seeds(scenario))
     return partial(format_cases, columns)
