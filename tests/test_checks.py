@@ -44,6 +44,7 @@ def test_every_metric_can_be_checked_in_its_own_unit(metric):
         ("T_a < 3 N", "`N` is a unit of force, not a plain number"),
         ("T_a p0 < 1", "a quantile lies between p0 and p100, not at `p0`"),
         ("T_a p95 < 1 with every seed", "write either `p95` or `with every seed`, not both"),
+        ("T_a < 1 at F > 5 with every seed", "write `with every seed` before `at`"),
         (
             "T_a < 1 with all seeds",
             "unknown unit `with all seeds`",
@@ -132,10 +133,11 @@ def test_unknown_value_of_a_seed_makes_that_of_all_unknown():
         assert np.isnan(Check.parse(text).over_seeds(values))
 
 
-def test_checks_over_seeds_contradict_only_where_they_judge_the_same():
-    every, mean = Check.parse("T_a < 1 with every seed"), Check.parse("T_a > 2")
-    assert not every.contradicts(mean)
-    assert Check.parse("T_a > 2 with every seed").contradicts(every)
+def test_checks_over_seeds_contradict_where_no_values_of_seeds_satisfy_both():
+    texts = "T_a < 1 with every seed", "T_a > 2 with every seed", "T_a > 2", "T_a p95 > 2"
+    every, *others = map(Check.parse, texts)
+    assert all(every.contradicts(other) and other.contradicts(every) for other in others)
+    assert not Check.parse("T_a < 1").contradicts(Check.parse("T_a p95 > 2"))
 
 
 def test_check_with_at_holds_its_conditions_in_si():

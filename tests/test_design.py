@@ -786,7 +786,7 @@ def test_hourly_stroke_and_damping_name_the_mass_and_bounds_are_binding(tmp_path
     k_x = found.scenario.oscillator.plant().k_x
     low, high = (2 * 0.2 * (k_x * mass) ** 0.5 for mass in (60, 90))
     assert by_label["damping_ratio"].value == "0.2"
-    between = f"b {format_number(low)} to {format_number(high)} N·s/m"
+    between = f"damping {format_number(low)} to {format_number(high)} N·s/m"
     assert between in by_label["damping_ratio"].remark
     assert " of the limit at mass 90 kg; reached once an hour" in by_label["hourly peak"].remark
     assert rows[-1].value == "damping_ratio <= 0.2"

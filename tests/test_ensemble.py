@@ -20,6 +20,7 @@ from drysim.plots.ensemble import draw
 from drysim.results.ensemble import ensemble_rows
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.load import load
+from drysim.scenario.warnings import scenario_warnings
 from drysim.study import plan as study_plan
 from drysim.study.ensemble import run
 from drysim.study.statistics import (
@@ -239,6 +240,32 @@ def test_check_over_seeds_judges_each_case_of_a_sweep(drysim, noisy):
     assert ", the worst of 6 seeds at kinetic 0 N" in said
 
 
+def test_seeds_without_a_value_neither_fail_nor_count_in_the_mean_of_a_sweep(drysim, noisy):
+    frictionless = {SEEDS: 6, "friction.kinetic": 0}
+    peak = run(load(noisy, frictionless)).statistics["x_r_peak"].mean
+    settings = {**frictionless, "stroke.limit": peak, "checks": ["t_first_violation > 0 s"]}
+    words = [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
+    verdicts = []
+    for command in (["run"], ["sweep", "--set", "sweep={friction.kinetic: [0]}"]):
+        out = noisy.with_name(command[0])
+        drysim(*command, noisy, *words, "--no-plots", "-o", out)
+        fields = json.loads((out / "drysim.json").read_text())
+        verdicts.append([fields["checks"][0].get(key, 0) for key in ("failed_seeds", "seeds")])
+    assert verdicts[0] == verdicts[1]
+    assert verdicts[0][0] == 0
+    assert 0 < verdicts[0][1] < 6
+
+
+@pytest.mark.parametrize("form", ["x_r_peak p95 < 45 mm", "x_r_peak < 45 mm with every seed"])
+def test_check_over_seeds_of_a_single_motion_is_a_warning(noisy, form):
+    def slugs(overrides):
+        warnings = scenario_warnings(load(noisy, {"checks": [form], **overrides}))
+        return [warning.slug for warning in warnings]
+
+    assert "check-of-one-seed" in slugs({})
+    assert "check-of-one-seed" not in slugs({SEEDS: 4})
+
+
 def test_a_check_whose_limit_lies_within_the_interval_is_a_warning(noisy):
     mean = run(load(noisy, {SEEDS: 10})).statistics["T_a"].mean
     found = run(load(noisy, {SEEDS: 10, "checks": [f"T_a < {mean + 1e-4}"]}))
@@ -408,10 +435,10 @@ def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path,
         )
     answer = drysim(*words, "part", "--resume")
     assert (answer.code, answer.err.count("\n")) == (0, answer.err.count("warning: ") + 1)
-    assert answer.err.startswith("--resume: goes on after 8 seeds in part.partial\n")
+    assert answer.err.startswith("--resume: continuing after 8 seeds in part.partial\n")
     answer = drysim(*words, "part", "--resume")
     assert answer.err.startswith(
-        "--resume: no finished seeds in part.partial, so this starts anew"
+        "--resume: no finished seeds in part.partial, starting from the beginning"
     )
     assert not (tmp_path / "part.partial").exists()
     for name in ("ensemble.csv", "response.csv"):

@@ -418,7 +418,7 @@ def test_changed_and_missing_files_are_named_on_the_console_as_well(result, drys
     assert (done.code, done.out, done.err) == (0, "", f"warning: out: {words}\n")
     written = Path("page.html").read_text("utf-8")
     assert words in Page(written).text
-    assert "✗ Not to be relied on: the files are not those that drysim wrote." in written
+    assert "✗ Do not rely on this result: its files differ from those" in written
     assert '<ul class="verdict bad">' in written
 
 

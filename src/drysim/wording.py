@@ -196,7 +196,7 @@ def format_percent_range(low: float, high: float) -> str:
     first, last = format_percent(low), format_percent(high)
     decimals = len(last.removesuffix(" %").partition(".")[2])
     rounded = f"{100 * low:.{decimals}f}"
-    if first[0].isdigit() and float(rounded) > 0:
+    if first[0].isdigit() and 0 < float(rounded) < 100:
         first = f"{rounded} %"
     return format_range(first, last)
 

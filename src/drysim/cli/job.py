@@ -154,8 +154,8 @@ def carry_out(job: Job, common: Common) -> int:
         return mode.plan(job.plan(folder))
     if not common.report and output.has_report(folder):
         mode.print_status(
-            f"the report of the earlier result in {folder} is removed with it; --report writes "
-            "a new one"
+            f"the report of the earlier result in {folder} is removed with it; `drysim report "
+            f"{folder}` writes a new one"
         )
     job.before(folder)
     with job.executor() as execute, ExitStack() as stack:
@@ -185,7 +185,9 @@ def carry_out(job: Job, common: Common) -> int:
         from drysim.console.summary import show_interrupted
 
         kept, what = job.parts.count(result), job.parts.name.removesuffix("s")
-        show_interrupted(kept, what, folder, is_all=kept == job.total)
+        # A design study goes on after its last candidate.
+        is_all = kept == job.total and what != "design"
+        show_interrupted(kept, what, folder, is_all=is_all)
     written = place.partial if isinstance(place, LockedFolder) and not complete else folder
     mode.report(fields, result, written, code)
     if not (mode.as_json or mode.quiet):
@@ -209,14 +211,15 @@ def locked_store(
 
 
 def describe_resumed(folder: Path, parts: Parts, store: Store) -> str:
-    """Describe what --resume has to go on from."""
+    """Describe the finished parts from which --resume continues."""
     from drysim.wording import format_count
 
     if not len(store):
-        return f"--resume: no finished {parts.name} in {folder}.partial, so this starts anew"
+        nothing = f"no finished {parts.name} in {folder}.partial"
+        return f"--resume: {nothing}, starting from the beginning"
     items, _ = parts.finished(store)
     what = format_count(items, parts.name.removesuffix("s")) if items else f"the {parts.name}"
-    return f"--resume: goes on after {what} in {folder}.partial"
+    return f"--resume: continuing after {what} in {folder}.partial"
 
 
 @contextmanager

@@ -28,9 +28,9 @@ def deviation_growth(scene, period, state, growth):
     state : PeriodState
         State at the start of the first period.
     growth : array, shape (periods,)
-        NaN, which is overwritten [-]: by minus infinity where the deviation vanishes, and not
-        from the first period on in which it is not defined, as where the mass just touches the
-        state of rest.
+        Filled with NaN by the caller. Entry n becomes the growth in period n [-], minus
+        infinity if the deviation vanishes. It stays NaN from the first period in which it is
+        undefined, as where the mass just touches the state of rest.
     """
     rate = velocity_scale_rate(scene.plant, period)
     p, q = math.sqrt(0.5), math.sqrt(0.5)

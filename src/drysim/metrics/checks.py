@@ -42,8 +42,9 @@ AT_PATTERN = re.compile(r"\sat(?=\s|$)")
 MEAN, EVERY_SEED = "mean", "every seed"
 """What a check judges over several seeds, besides quantiles such as `p95`."""
 
-_EVERY_SEED_PATTERN = re.compile(r"\s+with\s+every\s+seed\s*$")
-"""Ends the text of a check that each seed must pass."""
+_EVERY_SEED_PATTERN = re.compile(r"(?<!\s)\s++with\s++every\s++seed\s*+$")
+"""Ends the text of a check that each seed must pass. It begins at the first of several blanks,
+so that a million of them are read once."""
 
 _CONDITION_PATTERN = re.compile(rf"\s*+(?P<key>[A-Za-z_][\w.-]*){COMPARISON_PATTERN}")
 _CHECK_PATTERN = re.compile(
@@ -93,6 +94,8 @@ class Check:
             If the text is not a check; the message says what to write.
         """
         where = AT_PATTERN.split(text, maxsplit=1)[1:]
+        if where and _EVERY_SEED_PATTERN.search(where[0]):
+            raise ValueError(f"write `with {EVERY_SEED}` before `at`")
         comparison = cls.comparison(text)
         return (
             replace(comparison, conditions=parse_conditions(where[0], units))
@@ -211,10 +214,10 @@ class Check:
 
     def contradicts(self, other: Check) -> bool:
         """Whether no value of the metric satisfies both this check and another."""
+        if self.judges != other.judges and EVERY_SEED not in (self.judges, other.judges):
+            return False  # such as a mean and a quantile, which are two values
         values = (*self._values_at_limit, *other._values_at_limit)
-        return self.judges == other.judges and not any(
-            self.holds(value) and other.holds(value) for value in values
-        )
+        return not any(self.holds(value) and other.holds(value) for value in values)
 
     @property
     def _values_at_limit(self) -> tuple[float, float, float]:

@@ -548,21 +548,23 @@ def read_stored_fields(folder: Path) -> dict[str, Any]:
         fields = None
     if not isinstance(fields, dict) or not FIELD_TYPES.keys() <= fields.keys():
         raise OutputError(f"{file} has no finished result", hint)
+    version = fields.get("format")
+    if isinstance(version, int) and version != FORMAT_VERSION:
+        age, what_to_do = (
+            ("an earlier", "repeat its command; scenario.yaml holds the scenario")
+            if version < FORMAT_VERSION
+            else ("a later", "update drysim")
+        )
+        raise OutputError(
+            f"{file} was written by {age} version of drysim: it has format {version}, and this "
+            f"version reads format {FORMAT_VERSION}",
+            what_to_do,
+        )
     for name, kinds in FIELD_TYPES.items():
         if not isinstance(fields[name], kinds):
             value = shorten(json.dumps(fields[name]), 40)
             what = f"{name} is {value}, which is not {FIELD_WORDS[kinds]}"
             raise OutputError(f"{file} is damaged: {what}", AGAIN_HINT)
-    version = fields.get("format")
-    if isinstance(version, int) and version != FORMAT_VERSION:
-        is_old = version < FORMAT_VERSION
-        raise OutputError(
-            f"{file} was written by {'an earlier' if is_old else 'a later'} version of drysim: "
-            f"it has format {version}, and this version reads format {FORMAT_VERSION}",
-            "repeat its command; scenario.yaml holds the scenario"
-            if is_old
-            else "update drysim",
-        )
     return fields
 
 

@@ -58,7 +58,7 @@ SYMBOLS = ("m, k_x, b", "f_0, ξ", "F_fk", "F_fs", "x_r", "ü", "T_a")
 MAX_SCENARIO, MAX_LISTED = 100_000, 300
 """Characters of the scenario and number of files or records that the page shows."""
 
-DAMAGED = "Not to be relied on: the files are not those that drysim wrote."
+DAMAGED = "Do not rely on this result: its files differ from those that drysim wrote."
 """Verdict on a result whose files differ from their hashes."""
 
 KEY_ROWS, DIGIT = 6, re.compile(r"\d")

@@ -265,12 +265,12 @@ def best_rows(result: DesignResult) -> Iterator[Row]:
 
 def bound_rows(result: DesignResult) -> Iterator[Row]:
     """Yield the ends of ranges in `design.vary` that keep the best design from being better."""
-    shown, bounds = result.shown, keys_at_bounds(result)
-    assert shown is not None, "a best design is shown"
+    bounds = keys_at_bounds(result)
     keys = [one.key for one in result.design.vary]
     for one in result.design.vary:
         if side := bounds.get(one.key):
-            value = format_number(shown.values[one.key], format_unit(one.unit))
+            end = one.low if side == "lower" else one.high
+            value = format_number(end, format_unit(one.unit))
             bound = f"{short_key(one.key, keys)} {'>=' if side == 'lower' else '<='} {value}"
             remark = f"{side} end of its range; a better design may lie beyond"
             yield Row("binding", bound, remark)
@@ -282,7 +282,7 @@ def describe_damping(result: DesignResult) -> str:
     cases = (result.scenario.at(result.place_of(row)) for row in result.shown.rows)
     coefficients = [case.oscillator.plant().b for case in cases]
     low, high = min(coefficients), max(coefficients)
-    return f"b {format_range(low, high, format_unit('N*s/m'))}"
+    return f"damping {format_range(low, high, format_unit('N*s/m'))}"
 
 
 def describe_region(low: float | None, high: float | None) -> str:

@@ -90,4 +90,7 @@ def plot(result: AnyResult, picture: str | None = None, ax: Axes | None = None) 
         figure: Figure | None = draw(pictures[name], result, ax)
     if figure is None:
         raise UsageError(f"there is nothing for the picture `{name}` in this result")
-    return figure if ax is None else cast("Figure", ax.figure)
+    drawn_in: Any = figure if ax is None else ax.figure
+    while not hasattr(drawn_in, "savefig"):  # a subfigure
+        drawn_in = drawn_in.figure
+    return cast("Figure", drawn_in)

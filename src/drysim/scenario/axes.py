@@ -240,6 +240,9 @@ def sweep_to_dict(axes: Sequence[Axis]) -> dict[str, Any]:
 MAX_AXIS_VALUES = 10_000_000
 """Maximum number of values of an axis; more are probably a step in the wrong unit."""
 
+MAX_SAMPLE_POINTS = 10**12
+"""Maximum number of random points whose values follow from their numbers."""
+
 MAX_STORED_VALUES = 10_000
 """Axes with at most this many values store them; longer ones compute them on demand."""
 

@@ -783,7 +783,7 @@ def approach_uses_key(name: str, key: str) -> bool:
 
 
 WITHOUT_FRICTION = "ignores dry friction"
-"""What the viscous approach leaves out, being what it is."""
+"""What the viscous approach leaves out."""
 
 
 def approach_omissions(scenario: Scenario, name: str) -> Iterator[str]:

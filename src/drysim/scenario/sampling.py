@@ -7,10 +7,10 @@ Method
       its index, a Feistel network with cycle walking.
     - Sobol sequence: that of scipy, with linear matrix scramble and digital shift.
 
-The designs of a study begin with a Latin hypercube as well, so other draws give other numbers
-there. Values follow from the points by the quantile functions of (truncated) distributions.
-Those of `scipy.stats` take so long to import that a sweep of 100 cases lasts 4.4 s instead of
-2.3 s.
+The designs of a study begin with a Latin hypercube as well, so changing these draws
+changes the results of design studies. Values follow from the points by the quantile functions
+of (truncated) distributions. Those of `scipy.stats` take so long to import that a sweep of 100
+cases lasts 4.4 s instead of 2.3 s.
 
 Sources: McKay, Beckman and Conover, Technometrics 21 (1979) 239 (Latin hypercube); Black and
 Rogaway, CT-RSA 2002 (cycle walking); Matoušek, J. Complexity 14 (1998) 527 (scrambling).

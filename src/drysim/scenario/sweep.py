@@ -26,6 +26,7 @@ from drysim.scenario.axes import (
     DOWN,
     FILE_KEY,
     MAX_AXIS_VALUES,
+    MAX_SAMPLE_POINTS,
     NATURAL_FREQUENCY_KEY,
     SAMPLE_KEY,
     SRS_KEY,
@@ -248,7 +249,7 @@ def _read_sample(reading: Reading, keys: KnownKeys, value: Any) -> Iterator[Axis
         reading.report_value(f"{sentence}; not {format_value(over)}", (*path, "over"))
         return
     numerals = _read_keys(reading, keys, (*path, "over"), over)
-    count = read_whole_number(reading, path, block, "count", 1, MAX_AXIS_VALUES)
+    count = read_whole_number(reading, path, block, "count", 1, MAX_SAMPLE_POINTS)
     seed = read_whole_number(reading, path, block, "seed", 0, 2**63)
     laws = {
         key: read_distribution(reading, (*path, "over", key), over[key], numeral)
@@ -259,6 +260,10 @@ def _read_sample(reading: Reading, keys: KnownKeys, value: Any) -> Iterator[Axis
     if block["kind"] not in get_args(Sample.model_fields["kind"].annotation):
         sentence = f"must be latin, sobol or uniform, not {format_value(block['kind'])}"
         reading.report_value(sentence, (*path, "kind"))
+        return
+    if block["kind"] == "sobol" and count > MAX_AXIS_VALUES:
+        sentence = f"is at most {MAX_AXIS_VALUES:.0e} for sobol, whose points are drawn at once"
+        reading.report_value(f"{sentence}; choose latin or uniform", (*path, "count"))
         return
     design = Design(block["kind"], count, len(laws), seed)
     head = {name: block[name] for name in ("kind", "count", "seed")}

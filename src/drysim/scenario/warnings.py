@@ -19,7 +19,7 @@ from drysim.block import Block
 from drysim.core.model import AnyLaw, Samples, Sines, blocks, max_abs
 from drysim.errors import RecordError, WarningMessage
 from drysim.excitation.recorded import Record
-from drysim.metrics.checks import Check
+from drysim.metrics.checks import MEAN, Check
 from drysim.metrics.comfort import DIRECTIONS, UNVERIFIED_DIRECTIONS
 from drysim.metrics.table import METRICS_BY_NAME, SHARE, UNITS, Need
 from drysim.scenario.axes import (
@@ -432,9 +432,11 @@ def _oscillator_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     f_0 = sqrt(k_x / m) / (2 * pi)
     numbers = {"oscillator.mass": m, "oscillator.stiffness": k_x, "f_0": f_0}
     if f_0 > HIGH_FREQUENCY and m >= HEAVY:
+        is_stiffness = scenario.oscillator.stiffness is not None
+        what = f"oscillator.stiffness, {k_x:g} N/m," if is_stiffness else "it"
         sentence = (
             f"the natural frequency is {f_0:.4g} Hz, far above that of a mount for {m:g} kg: "
-            f"is oscillator.stiffness, {k_x:g} N/m, in another unit?"
+            f"is {what} in another unit?"
         )
         yield WarningMessage("natural-frequency-high", sentence, numbers)
     given = scenario.oscillator.damping
@@ -573,6 +575,9 @@ def _metric_inputs(scenario: Scenario, point: Point) -> tuple[object, ...]:
 def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of checks that always or never hold, are duplicates or contradict each other."""
     accepted: dict[str, list[Check]] = {}
+    has_seeds = getattr(scenario.excitation, "max_seeds", 1) > 1 or any(
+        axis.key == "excitation.seeds" for axis in scenario.sweep
+    )
     for i, check in enumerate(scenario.checks):
         before = accepted.setdefault(check.metric, [])
         duplicate = next(
@@ -587,6 +592,9 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             None,
         )
         answer, numbers = check.constant_result, {f"checks.{i}": check.limit}
+        if check.judges != MEAN and not has_seeds:
+            sentence = f"the check `{check}` judges a single motion; give excitation.seeds"
+            yield WarningMessage("check-of-one-seed", sentence, numbers)
         if lacking := _lacking_need(scenario, check):
             sentence = (
                 f"the check `{check}` cannot hold: {check.metric} is not available without "

@@ -51,7 +51,7 @@ from drysim.metrics.table import Values
 from drysim.parallel import WorkerPool, worker_count
 from drysim.scenario.keys import fields_by_key
 from drysim.scenario.laws import LAWS
-from drysim.scenario.model import Scenario
+from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.study.budget import case_cost
 from drysim.study.fit_law import (
     MAX_RESTARTS,
@@ -66,7 +66,7 @@ from drysim.study.fit_law import (
     refit_from_profiles,
     with_best_static_limit,
 )
-from drysim.study.fit_least_squares import STATIC_PATHS, Mask, rms
+from drysim.study.fit_least_squares import Mask, rms
 from drysim.study.fit_model import (
     FitModel,
     Measurement,

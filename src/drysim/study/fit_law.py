@@ -12,11 +12,11 @@ import numpy as np
 from drysim.core.model import Floats
 from drysim.parallel import WorkerPool
 from drysim.scenario.fit import CHANNELS
+from drysim.scenario.model import STATIC_PATHS
 from drysim.study.fit_least_squares import (
     BETTER,
     DIFFERENCE,
     NULL_SHARE,
-    STATIC_PATHS,
     STEPS,
     LeastSquares,
     Solution,

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.model import Floats
+from drysim.scenario.model import STATIC_PATHS
 from drysim.study.fit_model import UNCERTAIN, FitModel, Solved
 from drysim.study.starting_values import integrate, noise_level, remove_drift
 
@@ -83,7 +84,6 @@ SCAN = tuple(sign * 10.0**e for e in np.linspace(-2.5, 0.3, 15).tolist() for sig
 NEIGHBOURS = (-0.2, -0.02, 0.02, 0.2)
 """Relative changes of a parameter from which a fit starts again."""
 
-STATIC_PATHS = ("friction.static", "friction.mu_static")
 STATIC_NEIGHBOURS = (-0.6, -0.45, -0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0)
 """Those of a static limit, which decides over few stops and has many minima."""
 

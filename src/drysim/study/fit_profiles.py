@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from drysim.core.model import Floats
+from drysim.scenario.model import STATIC_PATHS
 from drysim.study.fit_least_squares import (
     DIFFERENCE,
     ROUNDING,
     SCAN,
-    STATIC_PATHS,
     Solution,
     minimise,
     perturbed,

@@ -223,7 +223,8 @@ def seed_ranges(case: Case, least: int = MIN_SEED_RANGES) -> list[CaseRange]:
     """Return the seeds of a case as ranges of a sweep over the seed, at least so many."""
     seeds = seed_range(case.scenario)
     swept = case.scenario.copy_with({"sweep": (Axis(SEED_KEY, "-", seeds),)})
-    most = SEEDS_PER_CHECK if stopping_rule(case.scenario) else len(seeds)  # few in vain
+    # Few seeds are solved beyond the end of a stopping rule.
+    most = SEEDS_PER_CHECK if stopping_rule(case.scenario) else len(seeds)
     length = min(STEPS_PER_RANGE // case.steps, len(seeds) // least, most) or 1
     firsts = range(0, len(seeds), length)
     return [CaseRange(swept, i, i, min(i + length, len(seeds))) for i in firsts]

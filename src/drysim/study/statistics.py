@@ -507,7 +507,8 @@ def judge_row(check: Check, row: Row, where: Point | None = None) -> Verdict:
     if row.over is None:
         return verdict
     width, values = row.half_widths.get(check.metric), seed_column(row, check.metric)
-    return with_seeds(verdict, width, row.seeds, values)
+    known = values[np.isfinite(values)]
+    return with_seeds(verdict, width, len(known) if len(values) else row.seeds, known)
 
 
 # Seeds of a scenario and their stopping rule.

@@ -433,9 +433,10 @@ class BestCase(NamedTuple):
             value = point.get(axis.key)
             if axis.group or isinstance(value, str) or len(axis.values) < MIN_RANGE:
                 continue
-            if not value or value not in (ends := (min(axis.values), max(axis.values))):
+            ends = axis.range
+            if not value or value not in (ends.low, ends.high):
                 continue
-            side = "lower" if value == ends[0] else "upper"
+            side = "lower" if value == min(ends.low, ends.high) else "upper"
             where = describe_case({axis.key: value}, axes)
             yield f"{where} is the {side} end of its range"
 
