@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -153,6 +154,20 @@ def test_result_with_an_empty_part_is_shown_or_refused(results, kind, capsys):
     finally:
         file.write_text(whole, encoding="utf-8")
         (folder / "report.html").unlink(missing_ok=True)
+
+
+@pytest.mark.parametrize("state", ["Changed since drysim wrote them", "Missing or unreadable"])
+def test_file_that_is_not_as_it_was_written_is_named(results, state, tmp_path, capsys):
+    folder = tmp_path / "copy"
+    shutil.copytree(results("run"), folder)
+    table = folder / "response.csv"
+    if state.startswith("Missing"):
+        table.unlink()
+    else:
+        table.write_bytes(table.read_bytes()[:-2] + b"9\n")
+    for words in ([], ["--json"]):
+        assert main(["summarise", str(folder), *words]) == 0
+        assert f"warning: {state}: response.csv." in " ".join(capsys.readouterr().err.split())
 
 
 @pytest.mark.slow

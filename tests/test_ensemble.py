@@ -30,7 +30,7 @@ from drysim.study.statistics import (
     interval,
     statistics,
 )
-from drysim.wording import format_interval, format_number
+from drysim.wording import format_interval, format_number, format_percent
 from tools.shown import show
 
 # Many seeds of one scenario: means, intervals, when they are enough, and the files.
@@ -238,6 +238,18 @@ def test_check_over_seeds_judges_each_case_of_a_sweep(drysim, noisy):
     said = " ".join(done.out.split())
     assert f"✗ fails {text} in 2 of 2 cases, worst with" in said
     assert ", the worst of 6 seeds at kinetic 0 N" in said
+
+
+def test_swept_stroke_beyond_its_limit_is_told_of_the_worst_seed(drysim, noisy):
+    ensemble = run(load(noisy, {SEEDS: 6, "friction.kinetic": 0}))
+    peaks = ensemble.rows.batches[0].metrics["x_r_peak"]
+    limit = 0.5 * sum(sorted(peaks.tolist())[-2:])
+    words = ["--set", f"{SEEDS}=6", "--set", f"stroke.limit={limit}", "--no-plots"]
+    done = drysim("sweep", noisy, *words, "--set", "sweep={friction.kinetic: [0]}")
+    share = format_percent(max(peaks) / limit)
+    warning = f"exceeded in 1 of 1 cases; up to {share} of it is used at kinetic 0 N"
+    assert f"{warning}, where it is exceeded for 1 of 6 seeds" in " ".join(done.err.split())
+    assert "for 1 of 6 seeds at kinetic 0 N" in " ".join(done.out.split())
 
 
 def test_seeds_without_a_value_neither_fail_nor_count_in_the_mean_of_a_sweep(drysim, noisy):

@@ -21,6 +21,7 @@ from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output import report
 from drysim.output.folder import save_report
 from drysim.study.summary import BAD, Row
+from drysim.system import file_sha256
 from drysim.wording import format_number
 
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
@@ -154,7 +155,7 @@ def test_scenario_without_checks_is_not_called_good(result):
 def test_report_is_a_file_of_the_result(result, drysim):
     folder, _ = result()
     files = json.loads((folder / "drysim.json").read_text())["files"]
-    assert files["report.html"] == report.sha256_of(folder / "report.html")
+    assert files["report.html"] == file_sha256(folder / "report.html")
     assert drysim("run", "seat.yaml", "--quiet", "-o", "out").code == 0
     assert not (folder / "report.html").exists()
 

@@ -555,19 +555,24 @@ def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
     from drysim.cli.stored import show_stored, stored_warnings
     from drysim.console import terminal
     from drysim.console.summary import show_warnings
-    from drysim.output.folder import read_stored_fields, translate_damage
+    from drysim.errors import WarningMessage
+    from drysim.output.folder import note_on_files, read_stored_fields, translate_damage
+    from drysim.study.summary import BAD
 
     fields = read_stored_fields(folder)
     with translate_damage(folder):  # a damaged result is found before anything is shown
         show_stored(fields, terminal.PlainConsole(StringIO()))
         warnings = stored_warnings(fields)
+        files = note_on_files(folder, fields)
+    damages = [WarningMessage("files-changed", files.sentence)] if files.tone == BAD else []
     with tolerate_closed_pipe():
         if as_json:
             shown = {name: fields[name] for name in SUMMARY_KEYS if name in fields}
             typer.echo(json.dumps(shown, indent=2))
+            show_warnings(damages)
         else:
             show_stored(fields, terminal.stdout())
-            show_warnings(warnings)
+            show_warnings([*warnings, *damages])
     return EXIT_OK
 
 

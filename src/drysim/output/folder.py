@@ -40,7 +40,9 @@ from drysim.messages import shorten
 from drysim.results import all_kinds, fields_of, kind_of
 from drysim.results.fields import FORMAT_VERSION, Provenance, json_text
 from drysim.results.kind import SCENARIO_FILE
+from drysim.study.summary import BAD, Note
 from drysim.system import (
+    NotARegularFile,
     file_sha256,
     flush_to_disk,
     is_path_too_long,
@@ -48,7 +50,7 @@ from drysim.system import (
     removed_error,
     replace,
 )
-from drysim.wording import sanitise
+from drysim.wording import format_count, sanitise
 
 if TYPE_CHECKING:
     from drysim.results.kind import Kind
@@ -784,3 +786,23 @@ def remove_folder(folder: Path) -> None:
         remove_contents(folder)
     with suppress(OSError):
         folder.rmdir()  # works for an empty folder even if no more files can be opened
+
+
+def note_on_files(folder: Path, fields: dict[str, Any]) -> Note:
+    """Return whether all files of a result have the hashes in its drysim.json."""
+    files = {name: sha for name, sha in fields["files"].items() if name != REPORT_FILE}
+    found = {name: sha256_of(folder / name) for name in files}
+    lost = [name for name, sha in found.items() if not sha]
+    changed = [name for name, sha in found.items() if sha and sha != files[name]]
+    states = {"Changed since drysim wrote them": changed, "Missing or unreadable": lost}
+    if parts := [f"{state}: {', '.join(names)}." for state, names in states.items() if names]:
+        return Note("files", " ".join(parts), BAD)
+    count = format_count(len(files), "file")
+    return Note("files", f"All {count} of the result are as drysim wrote them.")
+
+
+def sha256_of(file: Path) -> str:
+    """Return the SHA-256 of a file, empty if it cannot be read."""
+    with suppress(NotARegularFile, OSError):
+        return file_sha256(file)
+    return ""

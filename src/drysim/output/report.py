@@ -32,6 +32,7 @@ from drysim.output.folder import (
     MARKER,
     REPORT_FILE,
     check_report,
+    note_on_files,
     read_stored_fields,
     save_report,
     translate_damage,
@@ -41,7 +42,6 @@ from drysim.results.kind import PDF, PNG, SCENARIO_FILE, SVG
 from drysim.scenario.text import describe_scene, short_key
 from drysim.study.outcome import AnyResult
 from drysim.study.summary import BAD, Note, Row, Summary, from_fields
-from drysim.system import NotARegularFile, file_sha256
 from drysim.wording import format_count, format_number
 
 if TYPE_CHECKING:
@@ -620,23 +620,3 @@ def report_folder(folder: Path, fields: Fields, *, plots: bool = True) -> tuple[
     note = note_on_files(folder, fields)
     objections = [note.sentence] if note.tone == BAD else []
     return page(fields, folder, [note], plots), objections
-
-
-def note_on_files(folder: Path, fields: Fields) -> Note:
-    """Return whether all files of a result have the hashes in its drysim.json."""
-    files = {name: sha for name, sha in fields["files"].items() if name != REPORT_FILE}
-    found = {name: sha256_of(folder / name) for name in files}
-    lost = [name for name, sha in found.items() if not sha]
-    changed = [name for name, sha in found.items() if sha and sha != files[name]]
-    states = {"Changed since drysim wrote them": changed, "Missing or unreadable": lost}
-    if parts := [f"{state}: {', '.join(names)}." for state, names in states.items() if names]:
-        return Note("files", " ".join(parts), BAD)
-    count = format_count(len(files), "file")
-    return Note("files", f"All {count} of the result are as drysim wrote them.")
-
-
-def sha256_of(file: Path) -> str:
-    """Return the SHA-256 of a file, empty if it cannot be read."""
-    with suppress(NotARegularFile, OSError):
-        return file_sha256(file)
-    return ""

@@ -73,7 +73,7 @@ from drysim.study.table import (
     largest_excess,
     stroke_limits,
 )
-from drysim.study.warnings import describe_seeds_beyond
+from drysim.study.warnings import describe_seeds_beyond, format_at
 from drysim.wording import (
     format_count,
     format_interval,
@@ -383,7 +383,7 @@ def _describe_violation(table: Table, own: Tally) -> str:
     if worst is None or limits is None:
         return ""
     if own.seeds:
-        return describe_seeds_beyond(worst)
+        return f"{describe_seeds_beyond(worst)}{format_at(worst, table.axes)}"
     _, _, beyond = largest_excess(worst.metrics, limits)
     return f"by up to {format_length(beyond, own.greatest('x_r_peak'))}"
 

@@ -321,17 +321,19 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
             yield rigid_impact_warning()
     elif worst is not None and (limits := stroke_limits(scenario, worst.point)) is not None:
         peak = worst.metrics.get("x_r_peak") or 0.0
-        mean = " on average" if worst.over else ""
-        some = f", {describe_seeds_beyond(worst)}" if worst.over else ""
         window_peak = tally.greatest("x_r_peak") or peak
         swept = any(key in worst.point for key in LIMIT_KEYS)
         which = "" if swept else f" of {describe_limits(limits, window_peak)}"
-        symbol, reached, _ = largest_excess(worst.metrics, limits)
-        sentence = (
-            f"the stroke limit{which} is exceeded in {tally.beyond} of {tally.cases} "
-            f"cases{some}; {symbol} reaches {format_length(reached, window_peak)}{mean}"
-            f"{format_at(worst, axes)}"
-        )
+        where = f"{tally.beyond} of {tally.cases} cases"
+        sentence = f"the stroke limit{which} is exceeded in {where}"
+        if worst.over:
+            share = format_percent(worst.largest(STROKE_USED))
+            sentence += f"; up to {share} of it is used{format_at(worst, axes)}"
+            sentence += f", where it is exceeded {describe_seeds_beyond(worst)}"
+        else:
+            symbol, reached, _ = largest_excess(worst.metrics, limits)
+            reached_text = format_length(reached, window_peak)
+            sentence += f"; {symbol} reaches {reached_text}{format_at(worst, axes)}"
         numbers = limit_numbers(limits) | {"x_r_peak": peak, "cases": tally.beyond}
         yield WarningMessage("stroke-violated", sentence, numbers)
     if tally.too_short is not None and not scenario.stops:
