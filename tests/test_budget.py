@@ -367,9 +367,7 @@ def test_fault_of_a_record_shows_its_place(noisy_seat):
 
 def test_what_is_no_scenario_is_told_in_a_sentence(noisy_seat):
     for ask in (drysim.run, drysim.sweep):
-        with pytest.raises(
-            drysim.UsageError, match=r"as `drysim\.load` returns it, not 'seat\.ya"
-        ):
+        with pytest.raises(drysim.UsageError, match=r"expected a scenario, not 'seat\.ya"):
             ask("seat.yaml")
     with pytest.raises(drysim.UsageError, match="m must be above 0, not -1"):
         drysim.simulate(m=-1.0, k_x=1.0, b=0.0, u_dd=np.zeros(3), dt=0.1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -86,6 +87,8 @@ def test_scenario_of_something_else_is_a_usage_error(source):
     with pytest.raises(UsageError) as fault:
         drysim.scenario(source)
     assert fault.value.hint == "drysim.load reads a file"
+    assert fault.value.__notes__ == [fault.value.hint]
+    assert pickle.loads(pickle.dumps(fault.value)).__notes__ == [fault.value.hint]
 
 
 def test_package_of_scenarios_is_called_whatever_was_imported_before():

@@ -90,7 +90,7 @@ class DrysimError(Exception):
     message : str
         One sentence.
     hint : str, optional
-        What to do about it.
+        What to do about it. In Python it stands below the message, as a note.
     """
 
     exit_code = EXIT_NOTHING_COMPUTED
@@ -99,6 +99,8 @@ class DrysimError(Exception):
         super().__init__(message)
         self.message = message
         self.hint = hint
+        if hint:
+            self.add_note(hint)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle and copy by attributes.

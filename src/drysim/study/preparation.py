@@ -43,7 +43,10 @@ def require_scenario(scenario: Scenario) -> None:
     """Raise a UsageError for anything but a scenario."""
     if not isinstance(scenario, Scenario):
         given = shorten(repr(scenario))
-        raise UsageError(f"expected a scenario, as `drysim.load` returns it, not {given}")
+        raise UsageError(
+            f"expected a scenario, not {given}",
+            "drysim.load reads one from a file, drysim.scenario one from a mapping or text",
+        )
 
 
 def prepare(
