@@ -89,8 +89,9 @@ def test_settings_that_numba_cannot_read_are_named_with_a_way_out(
         [sys.executable, "-c", "from drysim.core.compile import import_numba; import_numba()"],
         cwd=tmp_path, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    last = done.stderr.splitlines()[-1]
-    assert "DrysimError: the compiler (numba) cannot be loaded: " in last
+    *_, sentence, way_out = done.stderr.splitlines()
+    assert "DrysimError: the compiler (numba) cannot be loaded: " in sentence
+    assert "remove .numba_config.yaml from this folder" in way_out
 
 
 def test_compiler_that_cannot_be_loaded_is_told_with_a_way_out(
