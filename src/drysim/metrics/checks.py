@@ -292,11 +292,17 @@ class Verdict:
         """How many cases or seeds fail, such as ` in 3 of 12 cases`; empty for a single one."""
         if self.failed and self.cases > 1:
             return f" in {self.failed} of {self.cases} cases"
-        if self.failed_seeds and self.check.judges == EVERY_SEED:
-            share = f"{self.failed_seeds} of {self.seeds} seeds"
-            is_said = _EVERY_SEED_PATTERN.search(self.check.text)
-            return f": {share} fail" if is_said else f" in {share}"
-        return ""
+        if not self._fails_in_seeds:
+            return ""
+        share = f"{self.failed_seeds} of {self.seeds} seeds"
+        is_said = _EVERY_SEED_PATTERN.search(self.check.text)
+        return f": {share} fail" if is_said else f" in {share}"
+
+    @property
+    def _fails_in_seeds(self) -> bool:
+        """Whether a single case has seeds that fail where each must pass."""
+        in_cases = self.failed and self.cases > 1
+        return bool(self.failed_seeds) and not in_cases and self.check.judges == EVERY_SEED
 
     @property
     def found(self) -> str:
@@ -322,8 +328,7 @@ class Verdict:
         if self.seeds == 1:
             return ""
         if self.check.judges == EVERY_SEED:
-            is_said = self.share.endswith(("fail", "seeds"))
-            return "" if is_said else f", the worst of {self.seeds} seeds"
+            return "" if self._fails_in_seeds else f", the worst of {self.seeds} seeds"
         fail = f" ({self.failed_seeds} fail)" if self.failed_seeds else ""
         return f", {self.check.judges} of {self.seeds} seeds{fail}"
 
