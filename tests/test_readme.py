@@ -355,3 +355,9 @@ def test_files_to_add_something_to_are_there():
     tests = Path(__file__).parents[1]
     for file in files:
         assert any((base / file).exists() for base in (root, root / "manual", tests))
+
+
+def test_changes_name_the_version_that_is_installed_as_the_latest_release():
+    _, unreleased, release = re.findall(r"^#+ (.*)$", TEXTS["changes"], re.M)[:3]
+    assert unreleased == "Unreleased"
+    assert re.fullmatch(rf"{re.escape(drysim.__version__)} \(\d+ [A-Z][a-z]+ 20\d\d\)", release)
