@@ -95,18 +95,20 @@ class MetavarCommand(TyperCommand):
     def get_params(self, ctx: Any) -> Any:
         """Return the parameters, without the types of arguments in the help."""
         parameters = super().get_params(ctx)
-        for one in parameters:
-            if isinstance(one, TyperArgument):  # typer has no option for this
-                vars(one)["display_type_rich"] = lambda ctx: None
+        for parameter in parameters:
+            if isinstance(parameter, TyperArgument):  # typer has no option for this
+                vars(parameter)["display_type_rich"] = lambda ctx: None
         return parameters
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """Return the words that follow the name of the command in its usage line."""
-        arguments = [one for one in self.get_params(ctx) if isinstance(one, TyperArgument)]
-        names = [str(one.metavar or one.name) for one in arguments]
+        arguments = [
+            argument for argument in self.get_params(ctx) if isinstance(argument, TyperArgument)
+        ]
+        names = [str(argument.metavar or argument.name) for argument in arguments]
         return ["[OPTIONS]"] + [
-            name if one.required else f"[{name}]"
-            for name, one in zip(names, arguments, strict=True)
+            name if argument.required else f"[{name}]"
+            for name, argument in zip(names, arguments, strict=True)
         ]
 
 
@@ -129,10 +131,10 @@ def no_command(context: typer.Context, version: options.Version = False) -> int:
     return EXIT_NOTHING_COMPUTED
 
 
-for one_command in COMMANDS:
+for each_command in COMMANDS:
     # `explain --resume` explains the option.
-    settings = {"ignore_unknown_options": one_command is explain}
-    app.command(cls=MetavarCommand, context_settings=settings)(one_command)
+    settings = {"ignore_unknown_options": each_command is explain}
+    app.command(cls=MetavarCommand, context_settings=settings)(each_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -150,9 +152,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         130 interrupted.
     """
     prepare_streams()
-    words = list(sys.argv[1:] if arguments is None else arguments)
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        code = int(app(words, prog_name="drysim", obj=words, standalone_mode=False))
+        code = int(app(arguments, prog_name="drysim", obj=arguments, standalone_mode=False))
         with tolerate_closed_pipe():  # flush here, where a failure can still be reported
             pass
     except typer.TyperException as fault:

@@ -84,13 +84,14 @@ def draft(record: str, name: str) -> int:
     from drysim.console import terminal
     from drysim.study.draft import write_draft
 
-    file, found = write_draft(Path(record), name)
+    file, inspection = write_draft(Path(record), name)
     with tolerate_closed_pipe(Path()):
         terminal.print_stdout(str(file))
-    terminal.print_stderr("; ".join(found.layout))
+    terminal.print_stderr("; ".join(inspection.layout))
+    proposals = inspection.proposals
     left = {
-        "give values to": [one.key for one in found.proposals if one.value is None],
-        "check": [one.key for one in found.proposals if one.value and not one.is_certain],
+        "give values to": [each.key for each in proposals if each.value is None],
+        "check": [each.key for each in proposals if each.value and not each.is_certain],
     }
     steps = [f"{verb} {', '.join(keys)}" for verb, keys in left.items() if keys]
     steps += ["replace the example oscillator and friction", f"drysim validate {file}"]
@@ -249,8 +250,8 @@ def sweep(
     from drysim.study.preparation import prepare
 
     common = Common.of(context)
-    changed = options.overrides(changes, approach)
-    case = prepare(load(scenario, changed), swept=True, interval=True)
+    loaded = load(scenario, options.overrides(changes, approach))
+    case = prepare(loaded, swept=True, interval=True)
     if form == "parquet":
         from drysim.results.sweep import require_pyarrow
 
@@ -296,7 +297,7 @@ def sweep_job(case: Case, executor: Callable[[], Any], resume: bool, form: str) 
 
     return Job(
         name=case.scenario.name,
-        plan=partial(work.grid_plan, case, [one.label for one in wanted]),
+        plan=partial(work.grid_plan, case, [scenario.label for scenario in wanted]),
         solve=solve,
         total=sum(ranges.cases),
         executor=executor,
@@ -535,15 +536,15 @@ def validate(
     from drysim.console import problems
     from drysim.study.validate import validate as find_problems
 
-    found = {file: find_problems(file, changes or []) for file in scenarios}
+    problems_by_file = {file: find_problems(file, changes or []) for file in scenarios}
     failing = ("error", "warning") if strict else ("error",)
     faults = {
         file: failed
-        for file, problems in found.items()
-        if (failed := [problem for problem in problems if problem.severity in failing])
+        for file, listed in problems_by_file.items()
+        if (failed := [problem for problem in listed if problem.severity in failing])
     }
     with tolerate_closed_pipe():
-        shown = faults if quiet and form != "json" else found
+        shown = faults if quiet and form != "json" else problems_by_file
         problems.show_problems(shown, form, strict)
     if any(problem.severity == "error" for file in faults.values() for problem in file):
         return EXIT_NOTHING_COMPUTED
@@ -661,7 +662,7 @@ def hard_cases_job(scenario: str | None, changes: Sequence[str], patience: float
 
     requested = hard_cases.load_scenarios(scenario, changes)
     limit = patience or options.HARD_TIME_LIMIT
-    cases = [{"name": one.name, "entries": len(APPROACHES_BY_NAME)} for one in requested]
+    cases = [{"name": each.name, "entries": len(APPROACHES_BY_NAME)} for each in requested]
     return Job(
         name=name_of_bench(scenario, requested, "hard"),
         plan=partial(bench_plan, cases, {"patience": limit}, ()),

@@ -35,18 +35,18 @@ def manual(name: Name = None, listed: List = False) -> int:
     from drysim.console.pages import list_pages, show_page
     from drysim.manual import FIRST, pages
 
-    known = pages()
-    if name is not None and name not in known:
+    all_pages = pages()
+    if name is not None and name not in all_pages:
         from drysim.messages import closest_match, did_you_mean
 
-        hint = did_you_mean(closest_match(name, known))
+        hint = did_you_mean(closest_match(name, all_pages))
         sentence = f"no page `{name}` in the manual{hint}"
         raise UsageError(sentence, "`drysim manual --list` shows all pages")
     with tolerate_closed_pipe():
         if listed:
             list_pages()
         else:
-            show_page(known[name or FIRST])
+            show_page(all_pages[name or FIRST])
     return EXIT_OK
 
 
@@ -56,7 +56,7 @@ def explain(word: Word) -> int:
     from drysim.console.terminal import stdout
     from drysim.manual.words import known_entries
 
-    found = known_entries(word)
+    matching = known_entries(word)
     with tolerate_closed_pipe():
-        show_entries(found, stdout())
+        show_entries(matching, stdout())
     return EXIT_OK

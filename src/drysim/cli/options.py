@@ -62,9 +62,9 @@ def complete_overrides(incomplete: str) -> Iterator[str]:
 
     if incomplete.startswith(CHECKS):
         head = incomplete.rstrip(f"_{ascii_letters}")
-        yield from (head + one.word for one in entries() if one.kind == METRIC)
+        yield from (head + entry.word for entry in entries() if entry.kind == METRIC)
     else:
-        yield from dict.fromkeys(f"{one.word}=" for one in entries() if one.kind == KEY)
+        yield from dict.fromkeys(f"{entry.word}=" for entry in entries() if entry.kind == KEY)
 
 
 def show_version(wanted: bool) -> None:
@@ -242,9 +242,12 @@ ReportNoPlots = Annotated[bool, typer.Option("--no-plots", help="No pictures.")]
 
 def overrides(changes: list[str] | None, approach: str | None) -> list[str]:
     """Return the `--set` arguments, with `--approach` as one of them."""
-    words = changes or []
+    assignments = changes or []
     if approach is None:
-        return words
+        return assignments
     from drysim.yaml_document import OptionOverride
 
-    return [*words, OptionOverride(f"solver.approach={approach}", f"--approach {approach}")]
+    return [
+        *assignments,
+        OptionOverride(f"solver.approach={approach}", f"--approach {approach}"),
+    ]

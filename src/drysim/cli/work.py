@@ -30,7 +30,7 @@ def parts_of(name: str, case: Case, ranges: Sequence[CaseRange], resume: bool) -
     """Return the parts of a sweep (`cases`) or of an ensemble (`seeds`)."""
 
     def finished(store: Store) -> tuple[int, int]:
-        kept = [one.end - one.begin for one in ranges if store.has(one)]
+        kept = [block.end - block.begin for block in ranges if store.has(block)]
         return sum(kept), len(kept)
 
     blocks = len(ranges) if name == "cases" else 0
@@ -123,12 +123,12 @@ def design_plan(case: Case, folder: Path) -> Plan:
     scenario = case.scenario
     block, lines = (
         design_of(scenario),
-        [f"{name}: {words}" for name, words in design_scene(case)],
+        [f"{name}: {description}" for name, description in design_scene(case)],
     )
     conditions = count_points(scenario.sweep) if scenario.sweep else 1
     each = f"{format_count(conditions, 'condition')} with {describe_seeds(case) or '1 seed'}"
     fields = plan_fields(case, folder) | {
-        "vary": [one.key for one in block.vary],
+        "vary": [vary.key for vary in block.vary],
         "minimise": list(block.minimise),
         "evaluations": block.evaluations,
         "conditions": conditions,
@@ -141,33 +141,33 @@ def run_plan(case: Case, folder: Path) -> Plan:
     """Return what a run would do."""
     seeds = f"{many}, " if (many := describe_seeds(case)) else ""
     first, *rest = plan_sentences(case)
-    words = [f"{case.scenario.name}: {seeds}{first}", *rest]
-    return Plan(plan_fields(case, folder), words, case.warnings)
+    sentences = [f"{case.scenario.name}: {seeds}{first}", *rest]
+    return Plan(plan_fields(case, folder), sentences, case.warnings)
 
 
 def fit_plan(model: FitModel, folder: Path) -> Plan:
     """Return what a fit would do."""
-    found, free = model.measurement, [one.key for one in model.parameters]
+    record, free = model.measurement, [parameter.key for parameter in model.parameters]
     starts = model.starts()
-    words = [
-        f"{model.scenario.name}: {join_words(free)} from {len(found.t)} samples of "
-        f"{join_words(model.compared)}, step {format_number(found.dt, 's')}",
+    sentences = [
+        f"{model.scenario.name}: {join_words(free)} from {len(record.t)} samples of "
+        f"{join_words(model.compared)}, step {format_number(record.dt, 's')}",
         "starts from "
         + ", ".join(
-            f"{one.key} {format_number(value, format_unit(one.unit), 3)}"
-            for one, value in zip(model.parameters, starts[0], strict=True)
+            f"{parameter.key} {format_number(value, format_unit(parameter.unit), 3)}"
+            for parameter, value in zip(model.parameters, starts[0], strict=True)
         ),
     ]
     fields = {
         "name": model.scenario.name,
         "free": free,
-        "samples": len(found.t),
-        "step": found.dt,
+        "samples": len(record.t),
+        "step": record.dt,
         "channels": list(model.compared),
         "folder": folder.as_posix(),
-        "warnings": [warning.sentence for warning in found.warnings],
+        "warnings": [warning.sentence for warning in record.warnings],
     }
-    return Plan(fields, words, found.warnings)
+    return Plan(fields, sentences, record.warnings)
 
 
 def map_plan(case: Case, folder: Path) -> Plan:
@@ -176,7 +176,7 @@ def map_plan(case: Case, folder: Path) -> Plan:
     from drysim.study.regimes import require_map
 
     axes, grid = require_map(case.scenario)
-    lines = [f"{name}: {words}" for name, words in map_scene(case)]
+    lines = [f"{name}: {description}" for name, description in map_scene(case)]
     fields = plan_fields(case, folder) | {
         "axes": [axis.key for axis in axes],
         "nodes": grid.nodes,
@@ -185,20 +185,20 @@ def map_plan(case: Case, folder: Path) -> Plan:
     return Plan(fields, [first, *lines], case.warnings)
 
 
-def grid_plan(case: Case, words: Sequence[str], folder: Path) -> Plan:
-    """Return what a sweep or a comparison would do; `words` names its approaches or laws."""
+def grid_plan(case: Case, approaches: Sequence[str], folder: Path) -> Plan:
+    """Return what a sweep or a comparison would do, given its approaches or laws."""
     from drysim.scenario.axes import count_points
 
     scenario = case.scenario
     cases = count_points(scenario.sweep)
     swept = [f"{axis.key}: {len(axis.values)} values" for axis in scenario.sweep]
     each = f", each {seeds}" if (seeds := describe_seeds(case)) else ""
-    what = f"{format_count(cases, 'case')} by {join_words(words)}{each}"
+    what = f"{format_count(cases, 'case')} by {join_words(approaches)}{each}"
     first = f"{scenario.name}: {what}; {', '.join(swept) or 'no sweep'}"
     fields = plan_fields(case, folder) | {
         "cases": cases,
         "sweep": swept,
-        "approaches": len(words),
+        "approaches": len(approaches),
     }
     return Plan(fields, [first, *plan_sentences(case)[1:]], case.warnings)
 
