@@ -2,7 +2,8 @@
 
 A command that computes loads and prepares its scenario and describes its work as a `Job`, which
 `job.carry_out` carries out. What the commands need is imported inside the functions: one
-command runs, and `--help` needs none of it.
+command runs, and `--help` needs none of it. Typer makes the options from the signatures, so
+some parameters look unused: `Common.of` takes their values from the context.
 """
 
 from __future__ import annotations
