@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +23,6 @@ REST = State(0.0, 0.0)
 SINE = Sines((1.0,), (2.0,), (0.0,))
 STILL = Sines((), (), ())
 PAIR = Sines((1.4, 0.9), (1.1, 3.7), (0.4, 1.0))
-EL_CENTRO = Path(__file__).parents[2] / "shared" / "data" / "el_centro_1940_ns.csv"
 
 
 def noise(n: int, seed: int = 3) -> Samples:
@@ -240,26 +238,6 @@ def test_stroke_is_violated_at_the_very_limit_and_counted_by_excursion() -> None
     fine = np.abs([trajectory.state(t).x_r for t in np.linspace(0.0, 5.0, 20_001)]) >= peak / 2
     assert half["violations"] == np.count_nonzero(np.diff(fine.astype(int)) == 1)
     assert half["t_beyond"] == pytest.approx(5.0 * fine.mean(), abs=2e-3)
-
-
-@pytest.mark.skipif(
-    not EL_CENTRO.exists(), reason="the measured record is not part of the project"
-)
-@pytest.mark.parametrize(
-    ("mu", "peak", "end", "stuck"),
-    [(0.05, 0.0937776, -0.0561444, 0.57588), (0.10, 0.0294345, -0.0138399, 0.85003),
-     (0.15, 0.0105246, -0.0045315, 0.93802), (0.20, 0.0032508, 0.0017014, 0.97757)],
-)  # fmt: skip
-def test_rigid_block_on_el_centro(mu: float, peak: float, end: float, stuck: float) -> None:
-    u_dd = np.loadtxt(EL_CENTRO, delimiter=",", skiprows=1, usecols=1) * 9.80665
-    friction = mu * 9.80665
-    response = StickSlip().solve(
-        Plant(1.0, 0.0, 0.0), CoulombLaw(friction, friction), Samples(u_dd, 0.02), REST, 0.02
-    )
-    metrics = measure(track_of(response), (0.0, 1559 * 0.02), None)
-    assert metrics["x_r_peak"] == pytest.approx(peak, abs=5e-8)
-    assert response.x_r[-1] == pytest.approx(end, abs=5e-8)
-    assert metrics["stuck_share"] == pytest.approx(stuck, abs=5e-6)
 
 
 def test_simulate_gives_arrays_for_arrays() -> None:

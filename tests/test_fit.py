@@ -593,7 +593,6 @@ def test_measurement_may_have_every_other_sample_of_the_base(tmp_path):
 
 RIG = SEAT + "friction: {law: coulomb, normal: 100 N}\nexcitation: {kind: rest}\n"
 RIG += "solver: {step: 5 ms}\nmeasure: {steady: false, settle: 0, duration: 1}\n"
-FRICTION_RIG = Path(__file__).parents[2] / "shared" / "data" / "friction_rig_1.csv"
 
 
 @pytest.mark.parametrize("motion", ["v_r", "x_r"])
@@ -611,22 +610,6 @@ def test_coefficient_of_a_rig_is_the_mean_of_its_force(tmp_path, motion):
     assert mu.value == pytest.approx(np.mean(force * np.sign(v)) / 100.0, rel=5e-3)
     assert mu.profile_low < 0.15 < mu.profile_high
     assert mu.deviation == pytest.approx(0.01 / np.sqrt(len(t)), rel=0.1)
-
-
-@pytest.mark.skipif(not FRICTION_RIG.exists(), reason="the record is not part of the project")
-def test_published_friction_rig_gives_the_published_coefficient(tmp_path):
-    # The rows are uneven, 2.3 ms apart on average; a shorter step would count some of them
-    # more often than the published fit does.
-    shutil.copy(FRICTION_RIG, tmp_path / "run.csv")
-    words = (
-        "fit:\n  measured:\n    file: run.csv\n    time: 1\n"
-        "    resample: {step: 2 ms, by: line}\n"
-        "    v_r: {column: 2, unit: m/s}\n    F_f: {column: 4, unit: N}\n"
-        "  free: {friction.mu_kinetic: {}}\n"
-    )
-    (tmp_path / "rig.yaml").write_text(RIG + words)
-    (mu,) = drysim.fit(drysim.load(tmp_path / "rig.yaml")).parameters
-    assert 0.140794 < mu.value < 0.154256
 
 
 @pytest.mark.parametrize("motion", ["v_r", "x_r"])

@@ -23,8 +23,6 @@ from drysim.records.text import _read_by_cell, _read_fast, text_columns
 HERE = Path(__file__).parent
 DATA = HERE / "data"
 GALLERY = HERE.parent / "scenarios"
-EL_CENTRO = HERE.parents[1] / "shared" / "data" / "el_centro_1940_ns.csv"
-
 ROWS = "t [s],u_dd [m/s2]\n0,1\n0.01,2\n0.02,4\n"
 
 
@@ -735,14 +733,6 @@ def test_mean_of_the_acceleration_is_the_line_of_a_velocity(tmp_path):
         (caution,) = motion_of(tmp_path, text, **words, remove=remove).warnings
         assert "`remove: line` removes " in caution.sentence
     assert motion_of(tmp_path, text, **words, remove="line").warnings == ()
-
-
-@pytest.mark.skipif(not EL_CENTRO.exists(), reason="the record is not part of drysim")
-def test_el_centro_has_its_known_peak():
-    motion = record(EL_CENTRO.parent, file=EL_CENTRO.name, time="time", column="acc").motion()
-    peak = int(np.abs(motion.u_dd).argmax())
-    assert (len(motion.u_dd), motion.dt, peak * motion.dt) == (1560, 0.02, pytest.approx(2.04))
-    assert abs(motion.u_dd[peak]) == pytest.approx(0.31882 * 9.80665)
 
 
 # the gallery's synthetic record

@@ -121,7 +121,8 @@ def test_another_file_by_that_name_is_refused(answer, tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", WRITERS)
-def test_empty_record_is_refused(answer, tmp_path, kind):
+def test_absent_and_empty_records_are_refused(answer, tmp_path, kind):
+    assert f"r.{kind}: the record does not exist" in answer(kind).err
     (tmp_path / f"r.{kind}").touch()
     assert f"r.{kind}: the record is empty" in answer(kind).err
 
@@ -166,11 +167,6 @@ def test_missing_unit_is_asked_for(answer, tmp_path, kind):
     assert "write `unit: m/s²` in the scenario" in said
 
 
-def test_whole_numbers_of_a_wav_ask_for_their_full_scale(answer, tmp_path):
-    WRITERS["wav"](tmp_path / "r.wav")
-    assert "set `full_scale`, e.g. `full_scale: 50 m/s²`" in answer("wav", "").err
-
-
 RATELESS = {
     "csv": (WRITERS["csv"], "column: acc"),
     "tsv": (WRITERS["tsv"], "column: acc"),
@@ -185,11 +181,6 @@ def test_missing_rate_is_asked_for(answer, tmp_path, kind):
     write(tmp_path / f"r.{kind}")
     said = answer(kind, words).err
     assert "the time step is unknown: set `time` (a " in said
-
-
-def test_wav_of_two_channels_asks_which(answer, tmp_path):
-    wav(tmp_path / "r.wav", 50, np.stack([SHARES, SHARES], axis=1))
-    assert "set `channel`, its number; there are: 2" in answer("wav").err
 
 
 # A long record is read by parts: a WAV as often as it is needed, a text once.
