@@ -206,9 +206,19 @@ def test_site_holds_every_page_and_needs_no_network(tmp_path):
     html = {file.relative_to(tmp_path): file.read_text() for file in tmp_path.rglob("*.html")}
     for page in pages().values():
         assert Path(page.section, f"{page.name}.html") in html
-    assert "seat-on-em1" in (tmp_path / "search" / "search_index.json").read_text()
+    assert f"open {tmp_path.resolve() / 'index.html'}" in done.stdout
     for text in html.values():
         assert re.findall(r"<(?:script|link|img)[^>]*(?:src|href)=\"?https?:", text) == []
+    # A page opened from a file takes the index and the worker of the search as scripts.
+    assert "seat-on-em1" in (tmp_path / "search" / "search_index.js").read_text()
+    page = html[Path("reference", "commands.html")]
+    assert 'src="../assets/iframe-worker.js"' in page
+    assert (tmp_path / "assets" / "iframe-worker.js").is_file()
+    # No key is torn apart, and titles have no Markdown.
+    assert "<code><span>--picture-format</span> <span>png|svg|pdf</span></code>" in page
+    navigation = re.findall(r"<nav .*?</nav>", page, re.S)
+    assert navigation
+    assert [text for text in navigation if "`" in text] == []
 
 
 # What `explain` knows.

@@ -1,7 +1,8 @@
 """Build the manual as a static web site: `make docs`, or `python tests/tools/docs.py FOLDER`.
 
 The pages are those of `drysim manual`, the pictures those of the gallery, the first page is the
-README. The site needs no network: fonts are those of the system, the search is its own.
+README. The site needs no network and no server: fonts are those of the system, and its search
+works on pages opened from files, too.
 """
 
 from __future__ import annotations
@@ -20,12 +21,16 @@ from drysim.manual import SECTIONS, pages
 
 ROOT = Path(__file__).parents[2]
 PICTURES = ROOT / "scenarios" / "pictures"
+ADDITIONS = Path(__file__).with_name("site")
 LINK = re.compile(r"(?<=\]\()(?!https?:|#)([^)#]+)")
+CODE = re.compile(r"(?<!<pre>)<code>([^<]+)</code>")
+WORD = re.compile(r"(?<!\S)\S{1,40}(?!\S)")
 
 
 def write_sources(folder: Path) -> None:
     """Write the pages into a folder, with links that hold in the site."""
     shutil.copytree(PICTURES, folder / "pictures", ignore=shutil.ignore_patterns("*.py", "__*"))
+    shutil.copytree(ADDITIONS, folder / "assets")
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     (folder / "index.md").write_text(LINK.sub(of_readme, readme), encoding="utf-8")
     for page in pages().values():
@@ -45,6 +50,17 @@ def of_page(link: re.Match[str]) -> str:
     return link[0].replace("../../../../scenarios/pictures/", "../pictures/")
 
 
+def on_page_content(html: str, **_: object) -> str:
+    """Mark the words in code, which no line breaks; mkdocs calls this with each page."""
+    return CODE.sub(mark_words, html)
+
+
+def mark_words(code: re.Match[str]) -> str:
+    """Return inline code with its words marked; in tables a bar had to be escaped."""
+    text = WORD.sub(r"<span>\g<0></span>", code[1].replace("\\|", "|"))
+    return f"<code>{text}</code>"
+
+
 def build_site(out: Path) -> None:
     """Build the site; a broken link is an error."""
     with tempfile.TemporaryDirectory() as place:
@@ -54,7 +70,6 @@ def build_site(out: Path) -> None:
         shutil.copy(ROOT / "src" / "drysim" / "LICENSE", sources / "LICENSE.txt")
         config = Path(place, "mkdocs.yml")
         config.write_text("site_name: drysim\n", encoding="utf-8")
-        known = pages()
         build(
             load_config(
                 str(config),
@@ -63,14 +78,21 @@ def build_site(out: Path) -> None:
                 use_directory_urls=False,
                 strict=True,
                 theme={"name": "material", "font": False, "features": ["navigation.sections"]},
-                plugins=["search"],
-                extra={"generator": False},
+                plugins=["search", "offline"],
+                hooks=[__file__],
+                extra={"generator": False, "polyfills": ["assets/iframe-worker.js"]},
+                extra_css=["assets/style.css"],
                 markdown_extensions=["tables", "fenced_code", "toc"],
                 validation={"links": {"anchors": "warn"}},
                 nav=[
                     {"drysim": "index.md"},
                     *(
-                        {shelf: [{known[name].title: f"{shelf}/{name}.md"} for name in names]}
+                        {
+                            shelf: [
+                                {pages()[name].title.replace("`", ""): f"{shelf}/{name}.md"}
+                                for name in names
+                            ]
+                        }
                         for shelf, names in SECTIONS.items()
                     ),
                 ],
@@ -80,4 +102,6 @@ def build_site(out: Path) -> None:
 
 if __name__ == "__main__":
     logging.basicConfig(level=logging.WARNING, format="%(message)s")
-    build_site(Path(sys.argv[1]).resolve())
+    site = Path(sys.argv[1]).resolve()
+    build_site(site)
+    print(f"open {site / 'index.html'} in a browser")
