@@ -130,12 +130,12 @@ def test_reference_whose_two_runs_differ_is_in_doubt_and_not_the_exact_approach(
 
 def test_exact_approach_is_charged_with_what_both_runs_of_the_reference_agree_on(works):
     work = works(SLIDING)
-    yardstick = Reference.of(work)
-    wrong = replace(yardstick, x_r=1.001 * yardstick.x_r, stops=yardstick.stops[1:])
+    reference = Reference.of(work)
+    wrong = replace(reference, x_r=1.001 * reference.x_r, stops=reference.stops[1:])
     entry = scipy_ivp.reference_entry()
     one = try_entry(entry, work, TERMS)
     score = with_uncertainty(score_answer(entry, one, wrong), one, wrong)
-    count = len(yardstick.stops)
+    count = len(reference.stops)
     assert not score.in_doubt
     assert score.verdict == f"fine; {count} stops, {count - 1} by stick-slip"
     assert score_exact(score, score).verdict == "fine"

@@ -189,7 +189,7 @@ def test_a_motion_whose_branch_turns_back_beyond_the_range_is_found(tmp_path):
         assert sorted([one.values[0], one.values[-1]]) == [1.32, 1.37]
         assert one.ends == ("range", "range")
     # The value of the scenario is not in the range, so the report has no row for it.
-    assert result.own is None
+    assert result.stated_value is None
     assert ">motions<" not in drysim.report(result)
 
 

@@ -923,7 +923,7 @@ def test_stroke_violations_name_the_cases_of_the_seat_and_not_of_its_reference()
     assert "stroke_violations.csv" not in names("out")
 
 
-def test_comparison_adds_the_deviation_from_the_yardstick():
+def test_comparison_adds_the_deviation_from_the_reference():
     made = comparison(["signum", "stick-slip"], *axes(force=[15, 45], rms=[0.33, 0.67]), n=800)
     compare(made)
     header = Path("out/comparison.csv").read_text().split("\n", 1)[0]
@@ -936,7 +936,7 @@ def test_comparison_adds_the_deviation_from_the_yardstick():
     }
     for row in rows:
         at = row["friction.kinetic [N]"], row["excitation.rms [m/s2]"]
-        if row["approach"] == "viscous":  # One row beside many of the yardstick.
+        if row["approach"] == "viscous":  # One row beside many of the reference.
             assert (at[0], row["T_a_deviation [-]"]) == ("", "")
         else:
             deviation = float(row["T_a [-]"]) / own[at] - 1.0
@@ -944,7 +944,7 @@ def test_comparison_adds_the_deviation_from_the_yardstick():
     assert "stroke_violations.csv" not in names("out")
 
 
-def test_yardstick_without_friction_measures_every_case():
+def test_reference_without_friction_measures_every_case():
     made = comparison(["stick-slip", "viscous"], *axes(force=[0, 45], rms=[0.33]), n=800)
     first, second, own = (made.deviation(row) for row in made.table.rows)
     assert first == pytest.approx(0.0, abs=1e-12)

@@ -202,7 +202,7 @@ def test_bumpers_bend_the_resonance_over_between_two_folds(bumpers):
     (branch,) = bumpers.branches
     folds = [one.value for one in bumpers.bifurcations if one.kind == "fold"]
     assert len(folds) == 2
-    assert folds[0] < bumpers.own < folds[1]
+    assert folds[0] < bumpers.stated_value < folds[1]
     assert [one.stable for one in bumpers.motions] == [True, True, False]
     assert branch.ends == ("range", "range")
     assert bumpers.residual < 1e-9

@@ -94,8 +94,8 @@ def draw_panel(axes: Axes, result: BranchesResult, metric: PlottedMetric) -> Non
             label=one.kind,
             **MARKS[one.kind],
         )
-    if result.own is not None:
-        axes.axvline(result.own, label="value in the scenario", **OWN_STYLE)
+    if result.stated_value is not None:
+        axes.axvline(result.stated_value, label="value in the scenario", **OWN_STYLE)
     axes.margins(x=0.02, y=0.08)
     if metric.name == PEAK_STROKE:
         axes.set_ylim(bottom=0.0)

@@ -78,7 +78,7 @@ def draw(result: Comparison) -> Figure:
 
 def approach_styles(result: Comparison) -> Mapping[str, Style]:
     """Return the line style of every approach."""
-    line_styles, rest = {result.yardstick: REFERENCE_STYLE}, 0
+    line_styles, rest = {result.reference: REFERENCE_STYLE}, 0
     for name in result.table.approaches:
         if name == FRICTIONLESS:
             line_styles.setdefault(name, FRICTIONLESS_STYLE)
@@ -97,18 +97,18 @@ def _draw_acceleration(
     not hide a smooth one. A curve with more than twice the total variation of the reference
     lies below the reference.
     """
-    reference = result.responses[result.yardstick]
+    reference = result.responses[result.reference]
     first, last = _shown_interval(result)
     label = stuck_label(reference.law)
     intervals = stuck_intervals(reference, first, last)
-    shade_intervals(axes, intervals, f"{label} ({result.yardstick})")
+    shade_intervals(axes, intervals, f"{label} ({result.reference})")
     curves = _curves(result, result.responses, first, last)
     total_variation = {
         name: float(np.abs(np.diff(one.x_dd)).sum()) for name, one in curves.items()
     }
     for name in sorted(total_variation, key=lambda name: -total_variation[name]):
-        hides_reference = total_variation[name] > 2 * total_variation[result.yardstick]
-        zorder = 2.5 if name == result.yardstick else 2.2 if hides_reference else 3
+        hides_reference = total_variation[name] > 2 * total_variation[result.reference]
+        zorder = 2.5 if name == result.reference else 2.2 if hides_reference else 3
         line_style = {**line_styles[name], "marker": "", "zorder": zorder}
         shown = curves[name]
         axes.plot(shown.t, shown.x_dd, **line_style, label=name if named else "")
@@ -124,7 +124,7 @@ def _draw_acceleration(
 
 def _draw_loops(axes: Axes, result: Comparison, line_styles: Mapping[str, Style]) -> None:
     """Draw the friction loop of every law over a cycle around the shown interval."""
-    first, last = cycle_interval(result.responses[result.yardstick], *_shown_interval(result))
+    first, last = cycle_interval(result.responses[result.reference], *_shown_interval(result))
     words = [name for name in result.responses if result.laws.get(name)]
     curves = _curves(result, words, first, last)
     peaks = (float(np.abs(shown.x_r).max()) for shown in curves.values())
@@ -139,12 +139,12 @@ def _draw_loops(axes: Axes, result: Comparison, line_styles: Mapping[str, Style]
 
 def _shown_interval(result: Comparison) -> Interval:
     """Return begin and end [s] of the interval to draw."""
-    excluded = (result.yardstick, FRICTIONLESS)
+    excluded = (result.reference, FRICTIONLESS)
     rivals = [response for name, response in result.responses.items() if name not in excluded]
     measure = result.table.scenario.measure
     begin = 0.0 if measure.steady else measure.settle
     return choose_interval(
-        result.responses[result.yardstick], rivals or [*result.responses.values()], begin
+        result.responses[result.reference], rivals or [*result.responses.values()], begin
     )
 
 
@@ -227,7 +227,7 @@ def draw_curves(
                 if metric is not None:
                     x, y = sweep.line_series(view, line, metric.of)
                     _, width = sweep.line_series(view, line, metric.half_width)
-                elif line.label != result.yardstick:
+                elif line.label != result.reference:
                     x, y, width = _deviations(result, view, panel, line.label)
                     deviations += y
                 else:
@@ -252,7 +252,7 @@ def _column_title(
     """Return the title of a column of panels, which names the reference if there is room."""
     if metric is not None:
         return metric.symbol
-    beside = "" if row_title or grid.ncols > WIDE_COLUMNS else f" from {result.yardstick}"
+    beside = "" if row_title or grid.ncols > WIDE_COLUMNS else f" from {result.reference}"
     return f"deviation of Tₐ{beside} [%]"
 
 
@@ -319,7 +319,7 @@ def draw_bars(
                 value = metric.of(row)
                 words = wording.format_number(value)
             elif (
-                row.approach != result.yardstick and (off := result.deviation(row)) is not None
+                row.approach != result.reference and (off := result.deviation(row)) is not None
             ):
                 value = 100.0 * off
                 words = wording.format_deviation(off)

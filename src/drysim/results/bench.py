@@ -46,13 +46,13 @@ def bench_columns(panel: BenchCase) -> list[list[str]]:
     scores = panel.scores
     return [
         ["entry", *map(entry_label, scores)],
-        ["ns/sample", *(_format_optional(one.time, 3) for one in scores)],
-        ["× lfilter", *(_format_optional(one.ratio, 3) for one in scores)],
-        ["x_r error", *(_format_optional(one.error_x_r, 2) for one in scores)],
-        ["T_a error", *(_format_optional(one.error_T_a, 2) for one in scores)],
-        ["energy", *(_format_optional(one.energy_residual, 2) for one in scores)],
-        ["samples", *(str(one.samples or NO_VALUE) for one in scores)],
-        ["verdict", *(one.verdict.partition(",")[0] for one in scores)],
+        ["ns/sample", *(_format_optional(score.time, 3) for score in scores)],
+        ["× lfilter", *(_format_optional(score.ratio, 3) for score in scores)],
+        ["x_r error", *(_format_optional(score.error_x_r, 2) for score in scores)],
+        ["T_a error", *(_format_optional(score.error_T_a, 2) for score in scores)],
+        ["energy", *(_format_optional(score.energy_residual, 2) for score in scores)],
+        ["samples", *(str(score.samples or NO_VALUE) for score in scores)],
+        ["verdict", *(score.verdict.partition(",")[0] for score in scores)],
     ]
 
 
@@ -72,29 +72,29 @@ def bench_findings(panel: BenchCase) -> Iterator[tuple[str, str]]:
     if reference is not None and reference.in_doubt:
         yield "reference", f"none: {entry_label(reference)} is not reliable itself"
     elif reference is not None and reference.error_x_r is not None:
-        own = format_number(reference.uncertainty or 0.0, digits=2)
+        difference = format_number(reference.uncertainty or 0.0, digits=2)
         sentence = (
             f"{entry_label(reference)}; {exact.approach} differs from it by the errors above, "
             f"over {reference.samples} samples: an upper bound; two reference runs differ"
-            f" by {own}"
+            f" by {difference}"
         )
         yield "reference", sentence
     elif exact.error_x_r is not None:
         yield "reference", f"none; the error of x_r is an estimate of {exact.approach} itself"
     others = [
-        one for one in panel.scores[1:]
-        if one.time and one.error_x_r is not None and one.error_x_r <= EXACT_BELOW
+        score for score in panel.scores[1:]
+        if score.time and score.error_x_r is not None and score.error_x_r <= EXACT_BELOW
     ]  # fmt: skip
     if exact.time and others:
-        next_one = min(others, key=lambda one: one.time or 0.0)
-        times = format_number((next_one.time or 0.0) / exact.time, digits=2)
+        next_best = min(others, key=lambda score: score.time or 0.0)
+        times = format_number((next_best.time or 0.0) / exact.time, digits=2)
         yield (
             "next best",
-            f"{entry_label(next_one)} is as accurate and takes {times} times as long",
+            f"{entry_label(next_best)} is as accurate and takes {times} times as long",
         )
-    for one in panel.scores:
-        if one.verdict.startswith("failed"):
-            yield "failed", f"{entry_label(one)}: {one.verdict.partition(', ')[2]}"
+    for score in panel.scores:
+        if score.verdict.startswith("failed"):
+            yield "failed", f"{entry_label(score)}: {score.verdict.partition(', ')[2]}"
 
 
 BENCH_COLUMNS = ("step", "time_per_sample", "error_x_r", "error_T_a", "energy_residual")
@@ -112,16 +112,22 @@ def write_speed_error_csv(bench: Bench, file: Path) -> None:
     ]  # fmt: skip
     rows = []
     for panel in bench.cases:
-        for one in panel.scores:
-            before = (one.step, one.time, one.error_x_r, one.error_T_a, one.energy_residual)
+        for score in panel.scores:
+            before = (
+                score.step,
+                score.time,
+                score.error_x_r,
+                score.error_T_a,
+                score.energy_residual,
+            )
             rows.append(
                 [
-                    one.approach,
-                    quote_cell(one.setting),
+                    score.approach,
+                    quote_cell(score.setting),
                     *map(format_cell, before),
-                    quote_cell(one.verdict),
+                    quote_cell(score.verdict),
                     panel.scenario.name,
-                    *map(format_cell, (one.ratio, one.samples, one.repeats)),
+                    *map(format_cell, (score.ratio, score.samples, score.repeats)),
                 ]
             )
     write_csv(file, headers, [join_cells(rows)])
@@ -141,11 +147,14 @@ def bench_fields(bench: Bench, provenance: Provenance) -> Fields:
     ]
     cases = [
         {key: frame[key] for key in CASE_KEYS}
-        | {"lfilter": panel.lfilter, "scores": [asdict(one) for one in panel.scores]}
+        | {"lfilter": panel.lfilter, "scores": [asdict(score) for score in panel.scores]}
         for panel, frame in zip(bench.cases, frames, strict=True)
     ]
     summary = {key: value for key, value in frames[0].items() if key not in CASE_KEYS}
-    return summary | {"cases": cases, "warnings": [asdict(one) for one in bench.warnings]}
+    return summary | {
+        "cases": cases,
+        "warnings": [asdict(warning) for warning in bench.warnings],
+    }
 
 
 def _exact_fields(panel: BenchCase) -> Fields:

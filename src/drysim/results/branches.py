@@ -48,7 +48,7 @@ MAX_SHOWN = 24
 def summarise(result: BranchesResult) -> Summary:
     """Return the summary of branches."""
     scene = [*branches_scene(result)]
-    if result.own is not None:
+    if result.stated_value is not None:
         scene.append(("motions", describe_motions(result)))
     return Summary(
         name=wording.sanitise(result.scenario.name),
@@ -63,14 +63,14 @@ def summarise(result: BranchesResult) -> Summary:
 
 def describe_answer(result: BranchesResult) -> str:
     """Return the stable motions at the value of the scenario in a sentence."""
-    if result.own is None:
+    if result.stated_value is None:
         return f"{format_count(len(result.branches), 'branch')} along {result.axis.key}."
     stable = "; ".join(
         f"T_a {format_number(motion.T_a, digits=4)}, stroke {format_length(motion.x_r_peak)}"
         for motion in result.motions
         if motion.stable
     )
-    place = f"{result.axis.key} {format_number(result.own)}"
+    place = f"{result.axis.key} {format_number(result.stated_value)}"
     return f"Stable motions at {place}: {stable or 'none found'}."
 
 
@@ -90,15 +90,15 @@ def branches_scene(result: BranchesResult) -> Iterator[tuple[str, str]]:
 
 def branch_rows(result: BranchesResult) -> Iterator[Row]:
     """Yield each branch: its range, its kind, where it is stable, T_a and stroke."""
-    for one in result.branches:
-        words = [describe_branch(one), describe_stability(result, one)]
-        if not one.is_locked:
-            T_a, peak = one.metrics["T_a"], float(one.metrics[PEAK_STROKE].max())
+    for branch in result.branches:
+        remarks = [describe_branch(branch), describe_stability(result, branch)]
+        if not branch.is_locked:
+            T_a, peak = branch.metrics["T_a"], float(branch.metrics[PEAK_STROKE].max())
             span = format_range(float(T_a.min()), float(T_a.max()))
-            words[1] += f", T_a {span}, stroke up to {format_length(peak)}"
+            remarks[1] += f", T_a {span}, stroke up to {format_length(peak)}"
         else:
-            words[1] += ", T_a 1"
-        yield Row(f"branch {one.number}", result.interval(one.values), "; ".join(words))
+            remarks[1] += ", T_a 1"
+        yield Row(f"branch {branch.number}", result.interval(branch.values), "; ".join(remarks))
 
 
 def describe_stability(result: BranchesResult, branch: Branch) -> str:
@@ -111,8 +111,8 @@ def describe_stability(result: BranchesResult, branch: Branch) -> str:
     if not all(ranges.values()):
         return "stable" if ranges["stable"] else "unstable"
     return ", ".join(
-        f"{word} at {join_words([*found[:MAX_RANGES], *more_ranges(found)])}"
-        for word, found in ranges.items()
+        f"{word} at {join_words([*intervals[:MAX_RANGES], *more_ranges(intervals)])}"
+        for word, intervals in ranges.items()
     )
 
 
@@ -124,14 +124,14 @@ def more_ranges(ranges: Sequence[str]) -> list[str]:
 
 def bifurcation_rows(result: BranchesResult) -> Iterator[Row]:
     """Yield the bifurcations, by value of the key."""
-    for one in result.bifurcations[:MAX_SHOWN]:
-        remarks = [f"branch {one.branch}"]
-        for counts, name in ((one.stops, "stops"), (one.contacts, "contacts")):
+    for bifurcation in result.bifurcations[:MAX_SHOWN]:
+        remarks = [f"branch {bifurcation.branch}"]
+        for counts, name in ((bifurcation.stops, "stops"), (bifurcation.contacts, "contacts")):
             before, after = map(format_number, counts)
-            if one.kind == GRAZING and before != after:
+            if bifurcation.kind == GRAZING and before != after:
                 remarks.append(f"{format_range(before, after)} {name} per period")
-        value = format_number(one.value, format_unit(result.axis.unit), 10)
-        yield Row(one.kind, value, "; ".join(remarks))
+        value = format_number(bifurcation.value, format_unit(result.axis.unit), 10)
+        yield Row(bifurcation.kind, value, "; ".join(remarks))
     if len(result.bifurcations) > MAX_SHOWN:
         more = len(result.bifurcations) - MAX_SHOWN
         yield Row("…", f"{more} more", "all are in bifurcations.csv")
@@ -158,8 +158,8 @@ def write_branches_csv(result: BranchesResult, file: Path) -> None:
     ]
 
     def blocks() -> Iterator[bytes]:
-        for one in result.branches:
-            count = len(one.values)
+        for branch in result.branches:
+            count = len(branch.values)
 
             def same(value: float, count: int = count) -> NDArray[np.float64]:
                 return np.full(count, float(value))
@@ -167,21 +167,21 @@ def write_branches_csv(result: BranchesResult, file: Path) -> None:
             parts = [
                 part
                 for i in (0, 1)
-                for part in (abs(one.multipliers[:, i]), np.angle(one.multipliers[:, i]))
+                for part in (abs(branch.multipliers[:, i]), np.angle(branch.multipliers[:, i]))
             ]
             yield format_rows(
                 [
-                    same(one.number),
-                    one.values,
-                    *(one.metrics[name] for name in BRANCH_METRICS),
-                    one.stops,
-                    same(one.symmetric),
-                    same(one.periods),
-                    one.stable.astype(float),
+                    same(branch.number),
+                    branch.values,
+                    *(branch.metrics[name] for name in BRANCH_METRICS),
+                    branch.stops,
+                    same(branch.symmetric),
+                    same(branch.periods),
+                    branch.stable.astype(float),
                     *parts,
-                    one.contacts,
-                    one.residual,
-                    one.multiplier_error,
+                    branch.contacts,
+                    branch.residual,
+                    branch.multiplier_error,
                 ]
             )
 
@@ -200,45 +200,59 @@ def write_bifurcations_csv(result: BranchesResult, file: Path) -> None:
         "contacts_before [-]",
         "contacts_after [-]",
     ]
-    found = result.bifurcations
+    bifurcations = result.bifurcations
     numbers = np.array(
-        [(one.branch, one.value, *one.stops, one.x_r_peak, *one.contacts) for one in found]
+        [
+            (
+                bifurcation.branch,
+                bifurcation.value,
+                *bifurcation.stops,
+                bifurcation.x_r_peak,
+                *bifurcation.contacts,
+            )
+            for bifurcation in bifurcations
+        ]
     ).reshape(-1, 7)
-    columns: list[Values] = [[one.kind.encode() for one in found], *numbers.T.copy()]
-    write_csv(file, headers, [format_rows(columns)] if found else [])
+    columns: list[Values] = [
+        [bifurcation.kind.encode() for bifurcation in bifurcations],
+        *numbers.T.copy(),
+    ]
+    write_csv(file, headers, [format_rows(columns)] if bifurcations else [])
 
 
 def branches_fields(result: BranchesResult, provenance: Provenance) -> Fields:
     """Return the content of drysim.json for branches."""
-    found = {
+    fields = {
         "key": result.axis.key,
         "unit": result.axis.unit,
-        "own_value": result.own,
+        "own_value": result.stated_value,
         "starts": result.starts,
         "branches": [
             {
-                "branch": one.number,
-                "kind": one.kind,
-                "periods": one.periods,
-                "points": len(one.values),
-                "lowest": float(one.values.min()),
-                "highest": float(one.values.max()),
-                "stable_points": int(one.stable.sum()),
-                "ends": list(one.ends),
+                "branch": branch.number,
+                "kind": branch.kind,
+                "periods": branch.periods,
+                "points": len(branch.values),
+                "lowest": float(branch.values.min()),
+                "highest": float(branch.values.max()),
+                "stable_points": int(branch.stable.sum()),
+                "ends": list(branch.ends),
             }
-            for one in result.branches
+            for branch in result.branches
         ],
-        "bifurcations": [one._asdict() for one in result.bifurcations],
-        "motions": [{**one._asdict(), "branch": one.branch.number} for one in result.motions],
+        "bifurcations": [bifurcation._asdict() for bifurcation in result.bifurcations],
+        "motions": [
+            {**motion._asdict(), "branch": motion.branch.number} for motion in result.motions
+        ],
     }
     numerics = {
         **result.numerics,
         "method": f"pseudo-arclength continuation of periodic orbits, {result.method}",
-        "points": sum(len(one.values) for one in result.branches),
+        "points": sum(len(branch.values) for branch in result.branches),
         "residual": result.residual,
         "multiplier_error": result.multiplier_error,
     }
-    return stored_fields(result, result.motion, numerics, {}, provenance, branches=found)
+    return stored_fields(result, result.motion, numerics, {}, provenance, branches=fields)
 
 
 BRANCHES = Kind(

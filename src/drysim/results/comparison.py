@@ -52,7 +52,7 @@ def summarise(comparison: Comparison) -> Summary:
         table=Grid(comparison_columns(comparison), ("approach",), optional),
         groups=(rows,),
         width=max(VALUE_WIDTH, *map(len, table.tallies)) + 1,
-        checks=judgements(table.checks, table.axes, comparison.yardstick),
+        checks=judgements(table.checks, table.axes, comparison.reference),
         verdict=comparison.verdict,
     )
 
@@ -61,7 +61,7 @@ def comparison_scene(comparison: Comparison) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was swept, the friction laws, and the reference."""
     yield from sweep_scene(comparison.table)
     yield from _law_lines(comparison)
-    yield "reference", comparison.yardstick
+    yield "reference", comparison.reference
 
 
 def _law_lines(comparison: Comparison) -> Iterator[tuple[str, str]]:
@@ -69,19 +69,21 @@ def _law_lines(comparison: Comparison) -> Iterator[tuple[str, str]]:
     scenario = comparison.table.scenario
     names = [name for name, law in comparison.laws.items() if name == law]
     varied = [axis.key for axis in comparison.table.axes]
-    for at, name in enumerate(names):
-        one, shared = scenario.with_law(name), comparison.table.tallies[name].shared
-        terms = one.terms or (f"law {name}",)
+    for place, name in enumerate(names):
+        variant, shared = scenario.with_law(name), comparison.table.tallies[name].shared
+        terms = variant.terms or (f"law {name}",)
         kinetic, static = shared["kinetic"], shared["static"]
-        words = describe_friction(one.law(), False, kinetic, static, terms, varied, one.ratios)
-        yield "" if at else "laws", words.removeprefix("law ")
+        description = describe_friction(
+            variant.law(), False, kinetic, static, terms, varied, variant.ratios
+        )
+        yield "" if place else "laws", description.removeprefix("law ")
 
 
 def comparison_columns(comparison: Comparison) -> list[list[str]]:
     """Return the table by columns, header first, without columns that have no value."""
     table = comparison.table
     rows = table.tallies
-    found = [_metric_column(table, *metric) for metric in COMPARISON_METRICS.items()]
+    columns = [_metric_column(table, *metric) for metric in COMPARISON_METRICS.items()]
     worst = _worst_deviations(comparison)
     off = [
         format_deviation(worst[name].value, worst[name].half_width)
@@ -89,14 +91,14 @@ def comparison_columns(comparison: Comparison) -> list[list[str]]:
         else NO_VALUE
         for name in rows
     ]
-    known = [column for column in found if set(column[1:]) != {NO_VALUE}]
-    return [["approach", *rows], *known[:1], ["deviation", *off], *known[1:]]
+    columns = [column for column in columns if set(column[1:]) != {NO_VALUE}]
+    return [["approach", *rows], *columns[:1], ["deviation", *off], *columns[1:]]
 
 
 def _metric_column(table: Table, name: str, digits: int) -> list[str]:
     """Return the column of a metric, header with the unit first."""
     metric = METRICS_BY_NAME[name]
-    ends = [own.ends.get(name) for own in table.tallies.values()]
+    ends = [tally.ends.get(name) for tally in table.tallies.values()]
     greatest = max((high for _, high in filter(None, ends)), default=0.0)
     factor, unit = wording.display_unit(metric.shown, greatest)
 
@@ -115,32 +117,32 @@ def _metric_column(table: Table, name: str, digits: int) -> list[str]:
 
 def _worst_deviations(comparison: Comparison) -> dict[str, Deviation]:
     """Return the greatest deviation of every approach that has one."""
-    found = {
+    deviations = {
         name: compare.largest_deviation(compare.deviations(comparison, name))
         for name in comparison.table.approaches
-        if name != comparison.yardstick
+        if name != comparison.reference
     }
-    return {name: worst for name, worst in found.items() if worst is not None}
+    return {name: worst for name, worst in deviations.items() if worst is not None}
 
 
 def worst_rows(comparison: Comparison) -> Iterator[Row]:
     """Yield where the greatest deviations are."""
-    found = {
+    deviations = {
         name: worst for name, worst in _worst_deviations(comparison).items() if worst.value
     }
-    for at, (name, worst) in enumerate(found.items()):
+    for place, (name, worst) in enumerate(deviations.items()):
         where = describe_case(worst.row.point, comparison.table.axes)
-        yield Row("worst" if at == 0 else "", name, f"at {where}", tone=PLAIN)
+        yield Row("worst" if place == 0 else "", name, f"at {where}", tone=PLAIN)
 
 
 def write_comparison_csv(result: Comparison, file: Path) -> None:
     """Write comparison.csv: every case with every approach, and its deviation."""
     table = result.table
-    found = [result.off(row) or (None, None) for row in table.rows]
-    off = np.array(found, dtype=float).reshape(-1, 2)
+    pairs = [result.off(row) or (None, None) for row in table.rows]
+    off = np.array(pairs, dtype=float).reshape(-1, 2)
 
-    def deviation(name: str, at: int) -> Column:
-        return Column(name, "-", lambda batch: off[batch.first :][: len(batch), at])
+    def deviation(name: str, index: int) -> Column:
+        return Column(name, "-", lambda batch: off[batch.first :][: len(batch), index])
 
     columns = [*case_columns(table), deviation("T_a_deviation", 0)]
     if has_means(table):
@@ -153,7 +155,7 @@ def write_comparison_csv(result: Comparison, file: Path) -> None:
 
 def comparison_fields(comparison: Comparison, provenance: Provenance) -> Fields:
     """Return the content for a comparison: extremes per approach, deviations, verdict."""
-    table, reference = comparison.table, comparison.yardstick
+    table, reference = comparison.table, comparison.reference
     numerics = {
         "approaches": table.approaches,
         "yardstick": reference,
@@ -174,11 +176,11 @@ def comparison_fields(comparison: Comparison, provenance: Provenance) -> Fields:
 def _deviation_fields(comparison: Comparison, approach: str) -> Fields:
     """Return the greatest deviation from the reference, and its place."""
     worst = compare.largest_deviation(compare.deviations(comparison, approach))
-    if worst is None or approach == comparison.yardstick:
+    if worst is None or approach == comparison.reference:
         return {}
-    found = {"value": worst.value, "where": dict(worst.row.point)}
+    deviation = {"value": worst.value, "where": dict(worst.row.point)}
     mean = {} if worst.half_width is None else {"half_width": worst.half_width}
-    return {"T_a_deviation": found | mean}
+    return {"T_a_deviation": deviation | mean}
 
 
 COMPARISON = Kind(

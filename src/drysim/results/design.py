@@ -167,8 +167,8 @@ def condition_columns(result: DesignResult) -> list[list[str]]:
     for number, first in enumerate(verdicts[0]):
         judged = (each[number] for each in verdicts)
         cells = (
-            f"{check_mark(one.passed)[0][0]} {one.found.removeprefix('with ')}"
-            for one in judged
+            f"{check_mark(verdict.passed)[0][0]} {verdict.found.removeprefix('with ')}"
+            for verdict in judged
         )
         columns.append([str(first.check), *cells])
     return columns
@@ -192,7 +192,7 @@ def describe_search(result: DesignResult) -> str:
     state = "nothing more to be gained" if result.converged else "the limit of evaluations"
     if not result.complete:
         state = "interrupted"
-    admissible = sum(one.is_admissible for one in result.candidates)
+    admissible = sum(candidate.is_admissible for candidate in result.candidates)
     count = format_count(len(result.candidates), "design")
     return f"{count}, {admissible} admissible; {state}"
 
@@ -202,8 +202,8 @@ def design_scene(case: Case) -> Iterator[tuple[str, str]]:
     scenario = case.scenario
     block = scenario.design
     assert block is not None, "a design study has a design block"
-    keys = [one.key for one in block.vary]
-    varied = [f"{short_key(one.key, keys)} {one.description}" for one in block.vary]
+    keys = [vary.key for vary in block.vary]
+    varied = [f"{short_key(vary.key, keys)} {vary.description}" for vary in block.vary]
     yield "vary", "; ".join(varied)
     yield "minimise", join_words(block.minimise)
     yield "within", ", ".join(map(str, limits_of(scenario))) or "no limits"
@@ -228,26 +228,26 @@ def best_rows(result: DesignResult) -> Iterator[Row]:
     shown, bounds = result.shown, keys_at_bounds(result)
     if shown is None:
         return
-    keys = [one.key for one in result.design.vary]
-    for one in result.design.vary:
-        unit, remarks = format_unit(one.unit), list[str]()
-        if one.key == "oscillator.damping_ratio":
+    keys = [vary.key for vary in result.design.vary]
+    for vary in result.design.vary:
+        unit, remarks = format_unit(vary.unit), list[str]()
+        if vary.key == "oscillator.damping_ratio":
             remarks.append(describe_damping(result))
         for label, region in (("95 %", result.optimum), ("within 1 %", result.flat)):
             if region is None:
                 continue
-            low, high = region.ends[one.key]
-            if low is None or low != high or one.key not in bounds:
+            low, high = region.ends[vary.key]
+            if low is None or low != high or vary.key not in bounds:
                 remarks.append(f"{label}: {describe_region(low, high)}")
-        if one.key in bounds:
-            remarks.append(f"at its {bounds[one.key]} bound")
-        text = format_number(shown.values[one.key], unit)
-        yield Row(short_key(one.key, keys), text, "; ".join(remarks))
+        if vary.key in bounds:
+            remarks.append(f"at its {bounds[vary.key]} bound")
+        text = format_number(shown.values[vary.key], unit)
+        yield Row(short_key(vary.key, keys), text, "; ".join(remarks))
     for name, value, half_width in zip(
         result.design.minimise, shown.objectives, result.half_widths, strict=True
     ):
         text = format_metric(name, value, half_width)
-        remarks = [words] if (words := SHOWN_OF_FRONT.get(result.shown_name)) else []
+        remarks = [remark] if (remark := SHOWN_OF_FRONT.get(result.shown_name)) else []
         remarks += [f"mean of {shown.rows[0].seeds} seeds"] * (half_width is not None)
         if result.design.conditions.axes and result.design.conditions.take == WORST:
             worst = max(shown.rows, key=lambda row: number_of(row.metrics.get(name)))
@@ -266,12 +266,12 @@ def best_rows(result: DesignResult) -> Iterator[Row]:
 def bound_rows(result: DesignResult) -> Iterator[Row]:
     """Yield the ends of ranges in `design.vary` that keep the best design from being better."""
     bounds = keys_at_bounds(result)
-    keys = [one.key for one in result.design.vary]
-    for one in result.design.vary:
-        if side := bounds.get(one.key):
-            end = one.low if side == "lower" else one.high
-            value = format_number(end, format_unit(one.unit))
-            bound = f"{short_key(one.key, keys)} {'>=' if side == 'lower' else '<='} {value}"
+    keys = [vary.key for vary in result.design.vary]
+    for vary in result.design.vary:
+        if side := bounds.get(vary.key):
+            end = vary.low if side == "lower" else vary.high
+            value = format_number(end, format_unit(vary.unit))
+            bound = f"{short_key(vary.key, keys)} {'>=' if side == 'lower' else '<='} {value}"
             remark = f"{side} end of its range; a better design may lie beyond"
             yield Row("binding", bound, remark)
 
@@ -323,9 +323,9 @@ def front_rows(result: DesignResult) -> Iterator[Row]:
         names[front.index(result.best)] = "knee"
     count = min(len(front), MAX_SHOWN_FRONT)
     places = np.linspace(0, len(front) - 1, count).round().astype(int).tolist()
-    for at in sorted({*places, *names}):
-        one = front[at]
-        yield Row(names.get(at, "front"), result.result(one), result.place(one))
+    for place in sorted({*places, *names}):
+        candidate = front[place]
+        yield Row(names.get(place, "front"), result.result(candidate), result.place(candidate))
 
 
 def variant_rows(result: DesignResult) -> Iterator[Row]:
@@ -344,8 +344,8 @@ def describe_variant(result: DesignResult, variant: Variant) -> tuple[str, str]:
     remarks = []
     if least:
         change = (value - least) / abs(least)
-        words = format_deviation(change, digits=2)
-        remarks.append(words if abs(change) >= MIN_CHANGE else "unchanged")
+        deviation = format_deviation(change, digits=2)
+        remarks.append(deviation if abs(change) >= MIN_CHANGE else "unchanged")
     if variant.candidate.excess and not variant.candidate.is_admissible:
         worst = max(range(len(result.limits)), key=variant.candidate.excess.__getitem__)
         remarks.append(f"violates {result.limits[worst]}")
@@ -358,30 +358,36 @@ OBJECTIVE_COLUMNS = ("objective", "second_objective")
 
 def write_design_csv(result: DesignResult, file: Path) -> None:
     """Write design.csv: every evaluated design, under each of its conditions."""
-    rows = [row for one in result.candidates for row in one.rows]
-    designs = [one for one in result.candidates for _ in one.rows]
+    rows = [row for candidate in result.candidates for row in candidate.rows]
+    designs = [candidate for candidate in result.candidates for _ in candidate.rows]
     asked = {*requested_metrics(result.source)}
-    named = dict.fromkeys((*result.design.minimise, *(one.metric for one in result.limits)))
+    named = dict.fromkeys((*result.design.minimise, *(limit.metric for limit in result.limits)))
     names = [*named, *(m.name for m in METRICS if m.in_tables and m.name in asked)]
 
     def of_design(name: str, unit: str, values: list[Any], whole: bool = False) -> Column:
         column = np.array(values, dtype=float)
         return Column(name, unit, lambda batch: column[batch.first :][: len(batch)], whole)
 
-    keys = {key: unit for one in result.design.vary for key, unit in [(one.key, one.unit)]}
+    keys = {key: unit for vary in result.design.vary for key, unit in [(vary.key, vary.unit)]}
     columns = [
-        of_design("design", "-", [one.number for one in designs], whole=True),
+        of_design("design", "-", [candidate.number for candidate in designs], whole=True),
         *(key_column(key, unit) for key, unit in keys.items()),
         *(key_column(axis.key, axis.unit) for axis in result.case.scenario.sweep),
         *(
-            of_design(name, METRIC_UNITS[metric], [one.objectives[i] for one in designs])
+            of_design(
+                name, METRIC_UNITS[metric], [candidate.objectives[i] for candidate in designs]
+            )
             for i, (name, metric) in enumerate(
                 zip(OBJECTIVE_COLUMNS, result.design.minimise, strict=False)
             )
         ),
-        of_design("excess", "-", [max(one.excess, default=0.0) for one in designs]),
-        of_design("admissible", "-", [one.is_admissible for one in designs], whole=True),
-        of_design("on_front", "-", [one in result.front for one in designs], whole=True),
+        of_design("excess", "-", [max(candidate.excess, default=0.0) for candidate in designs]),
+        of_design(
+            "admissible", "-", [candidate.is_admissible for candidate in designs], whole=True
+        ),
+        of_design(
+            "on_front", "-", [candidate in result.front for candidate in designs], whole=True
+        ),
         *map(metric_column, dict.fromkeys(names)),
         STATUS_COLUMN,
     ]
@@ -398,17 +404,17 @@ def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
     names, front = result.design.minimise, result.front if len(result.front) > 1 else ()
     regions = {"optimum": result.optimum, "within_1_percent": result.flat}
 
-    def fields_of(one: Candidate) -> Fields:
+    def fields_of(candidate: Candidate) -> Fields:
         return {
-            "design": one.number,
-            "values": one.values,
-            "objectives": dict(zip(names, one.objectives, strict=True)),
-            "excess": max(one.excess, default=0.0),
-            "admissible": one.is_admissible,
+            "design": candidate.number,
+            "values": candidate.values,
+            "objectives": dict(zip(names, candidate.objectives, strict=True)),
+            "excess": max(candidate.excess, default=0.0),
+            "admissible": candidate.is_admissible,
         }
 
-    found = {
-        "vary": {one.key: {**one.entry, "unit": one.unit} for one in result.design.vary},
+    fields = {
+        "vary": {vary.key: {**vary.entry, "unit": vary.unit} for vary in result.design.vary},
         "minimise": list(names),
         "within": [str(limit) for limit in result.limits],
         "shown": result.shown_name,
@@ -418,11 +424,11 @@ def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
         "half_widths": dict(zip(names, result.half_widths, strict=True)),
         **{name: region and region.ends for name, region in regions.items()},
         "binding": [
-            {"limit": str(one.limit), "objective_without": one.objective}
-            for one in result.binding
+            {"limit": str(limit.limit), "objective_without": limit.objective}
+            for limit in result.binding
         ],
-        "variants": {one.name: fields_of(one.candidate) for one in result.variants},
-        "front": [fields_of(one) for one in front],
+        "variants": {variant.name: fields_of(variant.candidate) for variant in result.variants},
+        "front": [fields_of(candidate) for candidate in front],
         "conditions": [_condition_fields(result, row) for row in result.several_rows],
         "metrics_at": result.shown_row and result.place_of(result.shown_row),
         "metrics_of": describe_metrics(result),
@@ -434,11 +440,11 @@ def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
         "evaluations": len(result.candidates),
         "converged": result.converged,
         "swept": axis_fields(result.design.conditions.axes),
-        "cases": sum(row.seeds for one in result.candidates for row in one.rows),
+        "cases": sum(row.seeds for candidate in result.candidates for row in candidate.rows),
         "seeds": result.candidates[0].rows[0].seeds,
     }
     return stored_fields(
-        result, result.motion, numerics, result.metrics, provenance, design=found
+        result, result.motion, numerics, result.metrics, provenance, design=fields
     )
 
 

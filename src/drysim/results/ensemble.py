@@ -75,8 +75,8 @@ def summarise(ensemble: Ensemble) -> Summary:
 
 def ensemble_scene(ensemble: Ensemble) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was solved, and with which seeds."""
-    for name, words in run_scene(ensemble.shown):
-        yield name, words
+    for name, sentence in run_scene(ensemble.shown):
+        yield name, sentence
         if name == "base":
             until = stopping_rule(ensemble.scenario)
             yield "seeds", describe_seeds(ensemble.seeds, until)
@@ -96,34 +96,34 @@ def ensemble_rows(ensemble: Ensemble) -> Iterator[Row]:
     peak = ensemble.statistics[PEAK_STROKE]
     peak_scale = peak.greatest[0] if peak else 0.0
     for name in dict.fromkeys((*MAIN_METRICS, *([until.metric] if until else []))):
-        metric, found = METRICS_BY_NAME[name], ensemble.statistics[name]
+        metric, statistic = METRICS_BY_NAME[name], ensemble.statistics[name]
         decides = until is not None and name == until.metric
         # A mean over only some of the seeds is biased: omitted here, but kept in drysim.json.
-        if found is not None and (decides or found.seeds == good):
-            scale, unit = display_unit(metric.shown, found.greatest[0], peak_scale)
-            width = None if found.half_width is None else found.half_width * scale
-            words = format_interval(found.mean * scale, width, unit)
-            scatter = _describe_scatter(ensemble, name, found, scale, unit)
-            yield Row(metric.label, words, "; ".join(scatter))
+        if statistic is not None and (decides or statistic.seeds == good):
+            scale, unit = display_unit(metric.shown, statistic.greatest[0], peak_scale)
+            width = None if statistic.half_width is None else statistic.half_width * scale
+            mean = format_interval(statistic.mean * scale, width, unit)
+            scatter = _describe_scatter(ensemble, name, statistic, scale, unit)
+            yield Row(metric.label, mean, "; ".join(scatter))
     yield from _limit_rows(ensemble)
     residual = ensemble.statistics["energy_residual"]
     if residual:
-        words = format_number(residual.greatest[0], digits=2)
-        yield Row("energy", f"residual at most {words}")
+        number = format_number(residual.greatest[0], digits=2)
+        yield Row("energy", f"residual at most {number}")
     if lost := sum(row.status != OK for row in ensemble.rows):
         yield Row("failed", format_count(lost, "seed"), tone=BAD)
 
 
 def _describe_scatter(
-    ensemble: Ensemble, metric: str, found: Statistic, scale: float, unit: str
+    ensemble: Ensemble, metric: str, statistic: Statistic, scale: float, unit: str
 ) -> Iterator[str]:
     """Yield the scatter of a metric over the seeds."""
-    low, high = (found.quantiles[at] * scale for at in (0, -1))
+    low, high = (statistic.quantiles[place] * scale for place in (0, -1))
     if format_number(low) != format_number(high):
-        which = "90 % of" if found.seeds >= MIN_QUANTILE_SEEDS else f"all {found.seeds}"
+        which = "90 % of" if statistic.seeds >= MIN_QUANTILE_SEEDS else f"all {statistic.seeds}"
         yield f"{which} seeds: {format_range(low, high, unit)}"
-    if found.seeds < len(ensemble.rows):
-        yield f"from {found.seeds} of {len(ensemble.rows)} seeds"
+    if statistic.seeds < len(ensemble.rows):
+        yield f"from {statistic.seeds} of {len(ensemble.rows)} seeds"
     used, stroke = ensemble.statistics.get("stroke_used"), ensemble.scenario.stroke
     if metric == HOURLY_STROKE and stroke is not None and not ensemble.scenario.stops:
         hourly = hourly_stroke_used(ensemble.metrics, stroke.limits)
@@ -139,11 +139,11 @@ def _limit_rows(ensemble: Ensemble) -> Iterator[Row]:
     if beyond:
         seeds, how = f"{beyond} of {format_count(len(ensemble.rows), 'seed')}", []
         name, value = "limit", f"exceeded for {seeds}"
-        for metric, words in END_STOP_METRICS.items():
-            if (found := ensemble.statistics.get(metric)) and found.greatest[0] > 0:
-                greatest, seed = found.greatest
+        for metric, verb in END_STOP_METRICS.items():
+            if (statistic := ensemble.statistics.get(metric)) and statistic.greatest[0] > 0:
+                greatest, seed = statistic.greatest
                 name, value = "stops hit", seeds
-                how.append(f"{words} {format_value(metric, greatest)} with seed {seed}")
+                how.append(f"{verb} {format_value(metric, greatest)} with seed {seed}")
         yield Row(name, value, ", ".join(how), BAD)
 
 
@@ -191,25 +191,25 @@ def _statistics_fields(result: Ensemble) -> Fields:
         "until": until and until.model_dump(),
         "confidence": CONFIDENCE,
         "metrics": {
-            name: _statistic_fields(found)
-            for name, found in result.statistics.items()
-            if found is not None
+            name: _statistic_fields(statistic)
+            for name, statistic in result.statistics.items()
+            if statistic is not None
         },
     }
 
 
-def _statistic_fields(found: Statistic) -> dict[str, Any]:
+def _statistic_fields(statistic: Statistic) -> dict[str, Any]:
     """Return the statistics of one metric."""
-    (least, at_least), (greatest, at_greatest) = found.least, found.greatest
+    (least, at_least), (greatest, at_greatest) = statistic.least, statistic.greatest
     quantiles = {
         f"{100 * share:g} %": value
-        for share, value in zip(QUANTILES, found.quantiles, strict=True)
+        for share, value in zip(QUANTILES, statistic.quantiles, strict=True)
     }
     return {
-        "seeds": found.seeds,
-        "mean": found.mean,
-        "half_width": found.half_width,
-        "std": found.std,
+        "seeds": statistic.seeds,
+        "mean": statistic.mean,
+        "half_width": statistic.half_width,
+        "std": statistic.std,
         "quantiles": quantiles,
         "least": {"value": least, "seed": at_least},
         "greatest": {"value": greatest, "seed": at_greatest},
@@ -235,7 +235,7 @@ ENSEMBLE = Kind(
             "ensemble.draw",
             "Share of the seeds below a value, and the mean over the number of seeds",
         ),
-        *(one._replace(shown=lambda ensemble: ensemble.shown) for one in RUN.pictures),
+        *(picture._replace(shown=lambda ensemble: ensemble.shown) for picture in RUN.pictures),
     ),
     fields=ensemble_fields,
     summary=summarise,

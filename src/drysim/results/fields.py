@@ -116,9 +116,9 @@ def header_fields(kind: str, provenance: Provenance, complete: bool = True) -> F
     }
 
 
-def origin_fields(known: Mapping[str, Any]) -> Fields:
+def origin_fields(origin: Mapping[str, Any]) -> Fields:
     """Return the origin of a scenario: file name without folders, hash, overrides."""
-    return {**known, "file": sanitise_file(str(known.get("file", "")))}
+    return {**origin, "file": sanitise_file(str(origin.get("file", "")))}
 
 
 def excitation_fields(scenario: Scenario, motion: Sines | Samples | None) -> Fields:
@@ -185,7 +185,7 @@ def json_text(fields: Mapping[str, Any]) -> str:
 # Sweeps, comparisons, ensembles and benches.
 
 
-def numerics_fields(table: Table, own: Tally | None) -> Fields:
+def numerics_fields(table: Table, tally: Tally | None) -> Fields:
     """Return how the numbers were computed, with the worst residuals and closure."""
     return {
         "cases": len(table.rows),
@@ -193,10 +193,10 @@ def numerics_fields(table: Table, own: Tally | None) -> Fields:
         "swept": axis_fields(table.axes),
         "step": table.scenario.solver.step,
         **table.numerics,
-        "energy_residual": own and own.greatest("energy_residual"),
-        "law_residual": own and own.greatest("law_residual"),
-        "closure": own and own.greatest("closure"),
-    } | _seed_fields(own)
+        "energy_residual": tally and tally.greatest("energy_residual"),
+        "law_residual": tally and tally.greatest("law_residual"),
+        "closure": tally and tally.greatest("closure"),
+    } | _seed_fields(tally)
 
 
 def axis_fields(axes: Iterable[Axis]) -> list[Fields]:
@@ -204,18 +204,18 @@ def axis_fields(axes: Iterable[Axis]) -> list[Fields]:
     return [{"key": axis.key, "unit": axis.unit, "values": len(axis.values)} for axis in axes]
 
 
-def _seed_fields(own: Tally | None) -> Fields:
+def _seed_fields(tally: Tally | None) -> Fields:
     """Return the number of seeds of the means."""
-    if own is None or own.seeds is None:
+    if tally is None or tally.seeds is None:
         return {}
-    return {"seeds": {"least": own.seeds.least, "greatest": own.seeds.most}}
+    return {"seeds": {"least": tally.seeds.least, "greatest": tally.seeds.most}}
 
 
 def _count_statuses(tallies: Collection[Tally]) -> dict[str, int]:
     """Count the statuses of the cases of all approaches."""
     lost: Counter[str] = Counter()
     for tally in tallies:
-        lost.update({status: found.cases for status, found in tally.lost.items()})
+        lost.update({status: loss.cases for status, loss in tally.lost.items()})
     good = sum(tally.cases for tally in tallies) - lost.total()
     return {OK: good, **lost} if good else dict(lost)
 
@@ -283,7 +283,7 @@ def sanitise_file(file: str) -> str:
 def sanitise_command(command: str) -> str:
     """Return a command line, absolute paths without their folders."""
     try:
-        words = shlex.split(command)
+        arguments = shlex.split(command)
     except ValueError:
         return command
-    return shlex.join(LEADING_FOLDERS.sub(r"\1", word) for word in words)
+    return shlex.join(LEADING_FOLDERS.sub(r"\1", word) for word in arguments)

@@ -69,14 +69,14 @@ def answers(result: FitResult) -> Iterator[str]:
 
 def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was measured, and what was fitted to it."""
-    found, fit = result.measurement, result.source.fit
+    measurement, fit = result.measurement, result.source.fit
     assert fit is not None, "a fit has a fit block"
     names = ", ".join(channel.name for channel in result.channels)
-    count = format_count(len(found.t), "sample")
-    rate = format_number(1.0 / found.dt, "Hz")
+    count = format_count(len(measurement.t), "sample")
+    rate = format_number(1.0 / measurement.dt, "Hz")
     yield "measured", f"{names} of {wording.sanitise(fit.measured.file)}, {count} at {rate}"
     end = format_number(result.fitted_end, "s")
-    held_out = len(found.t) - len(result.selected)
+    held_out = len(measurement.t) - len(result.selected)
     rest = f"; the rest, {format_count(held_out, 'sample')}, is held out" if held_out else ""
     left = len(result.selected) - int(result.selected.sum())
     events = f", without {format_count(left, 'sample')} next to events" if left else ""
@@ -86,46 +86,54 @@ def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:
         yield "motion", f"imposed, as on a friction rig{force}"
     else:
         yield "base", result.source.excitation.describe(result.motion)
-    started = [one for one in result.parameters if one.key in result.source.unstated_start]
+    started = [
+        parameter
+        for parameter in result.parameters
+        if parameter.key in result.source.unstated_start
+    ]
     if started and result.source.excitation.kind != "rest":
         yield "start", "in mid-motion; its state is fitted, too"
     if result.is_useless:
         return
-    known = result.scenario
-    yield from describe_scene(known, known.oscillator.plant(), known.law())
+    scenario = result.scenario
+    yield from describe_scene(scenario, scenario.oscillator.plant(), scenario.law())
 
 
 def parameter_rows(result: FitResult) -> Iterator[Row]:
     """Yield the fitted values with their intervals."""
-    keys = [one.key for one in result.parameters]
-    for one in result.parameters:
-        name = short_key(one.key, keys)
-        value = "–" if one.note else format_fitted(one, one.value)
-        yield Row(name, value, describe_interval(one))
+    keys = [parameter.key for parameter in result.parameters]
+    for parameter in result.parameters:
+        name = short_key(parameter.key, keys)
+        value = "–" if parameter.note else format_fitted(parameter, parameter.value)
+        yield Row(name, value, describe_interval(parameter))
 
 
-def format_fitted(one: Parameter, value: float) -> str:
+def format_fitted(parameter: Parameter, value: float) -> str:
     """Return a value of a parameter with its unit, to the digits that its deviation allows."""
     digits = 4
-    if one.deviation and value:
-        digits = min(max(2 + len(f"{abs(value) / one.deviation:.0f}"), 3), 10)
-    return f"{format_number(value, digits=digits)} {format_unit(one.unit)}".strip()
+    if parameter.deviation and value:
+        digits = min(max(2 + len(f"{abs(value) / parameter.deviation:.0f}"), 3), 10)
+    return f"{format_number(value, digits=digits)} {format_unit(parameter.unit)}".strip()
 
 
-def describe_interval(one: Parameter) -> str:
+def describe_interval(parameter: Parameter) -> str:
     """Describe the 95 % interval of a parameter."""
-    if one.note:
+    if parameter.note:
         return "not determined, see the warning"
-    interval = format_profile_interval(one, 1)
-    if one.bound is not None:
-        ends = [end for end in (one.profile_low, one.profile_high) if end is not None]
-        differ = [end for end in ends if abs(end - one.bound) > EXACT * abs(end)]
+    interval = format_profile_interval(parameter, 1)
+    if parameter.bound is not None:
+        ends = [
+            end for end in (parameter.profile_low, parameter.profile_high) if end is not None
+        ]
+        differ = [end for end in ends if abs(end - parameter.bound) > EXACT * abs(end)]
         return f"at its bound, 95 %: {interval}" if differ else "at its bound"
-    if one.deviation is None or not one.value:
+    if parameter.deviation is None or not parameter.value:
         return f"95 %: {interval}"
-    if one.profile_low is None or one.profile_high is None:
+    if parameter.profile_low is None or parameter.profile_high is None:
         return f"95 %: {interval}"
-    share = max(one.value - one.profile_low, one.profile_high - one.value) / abs(one.value)
+    share = max(
+        parameter.value - parameter.profile_low, parameter.profile_high - parameter.value
+    ) / abs(parameter.value)
     if share < EXACT:
         return "to rounding"
     if share >= 1.0:  # a share of a value that may be zero means nothing
@@ -146,7 +154,7 @@ def quality_rows(result: FitResult) -> Iterator[Row]:
         return
     agree, total = result.starts
     yield Row("starts", f"{agree} of {total}", "led to this solution")
-    keys = [one.key for one in result.parameters]
+    keys = [parameter.key for parameter in result.parameters]
     for a, b, value in result.correlations:
         both = f"of {short_key(a, keys)} and {short_key(b, keys)}"
         yield Row("correlation", f"{value:.3f}", both)
@@ -190,10 +198,10 @@ FIT_NUMBERS = FIT_COLUMNS[2:8]
 def write_fit_csv(result: FitResult, file: Path) -> None:
     """Write fit.csv: the fitted values with their 95 % intervals."""
     rows = [
-        [quote_cell(one.key), quote_cell(one.unit)]
-        + [format_cell(getattr(one, name)) for name in FIT_NUMBERS]
-        + [quote_cell(one.note)]
-        for one in result.parameters
+        [quote_cell(parameter.key), quote_cell(parameter.unit)]
+        + [format_cell(getattr(parameter, name)) for name in FIT_NUMBERS]
+        + [quote_cell(parameter.note)]
+        for parameter in result.parameters
     ]
     write_csv(file, FIT_COLUMNS, [join_cells(rows)])
 
@@ -227,15 +235,17 @@ def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
         "held_out_from": result.fitted_end,
         "starts": {"total": total, "agree": agree},
     }
-    found = {
-        "parameters": [one._asdict() for one in result.parameters],
+    fields = {
+        "parameters": [parameter._asdict() for parameter in result.parameters],
         "correlations": [
             {"keys": [a, b], "correlation": value} for a, b, value in result.correlations
         ],
-        "channels": [one._asdict() for one in result.channels],
-        "laws": [one._asdict() for one in result.laws],
+        "channels": [channel._asdict() for channel in result.channels],
+        "laws": [score._asdict() for score in result.laws],
     }
-    return stored_fields(result, result.motion, numerics, result.metrics, provenance, fit=found)
+    return stored_fields(
+        result, result.motion, numerics, result.metrics, provenance, fit=fields
+    )
 
 
 FITTED_FILE = "fitted.yaml"

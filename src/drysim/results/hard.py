@@ -63,8 +63,8 @@ def hard_case_columns(result: HardCases) -> list[list[str]]:
     """Return the table by columns, header first, sums last."""
     names = [trial.approach for trial in result.cases[0].results]
     table = [["case", *(case.scenario.name for case in result.cases), "held"]]
-    for at, name in enumerate(names):
-        results = [case.results[at] for case in result.cases]
+    for place, name in enumerate(names):
+        results = [case.results[place] for case in result.cases]
         count = sum(trial.verdict == HELD for trial in results)
         table.append([name, *map(result_cell, results), f"{count} of {len(results)}"])
     return table

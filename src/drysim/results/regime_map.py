@@ -90,24 +90,24 @@ def result_scene(result: RegimeMap) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was mapped, and how well the boundaries are known."""
     yield from map_scene(result.case)
     width = max((line.width for line in result.boundaries), default=0.0)
-    known = "to rounding"
+    accuracy = "to rounding"
     if width > 0.0:
         share = format_number(100.0 * width, "%", 1)
-        known += f", and to {share} of an axis where the motion settles slowly"
+        accuracy += f", and to {share} of an axis where the motion settles slowly"
     count = wording.format_count(len(result.boundaries), "line")
     if is_random(result.scenario):
         yield "lines", f"{count} of equal rate, interpolated between {result.cases} points"
     else:
-        yield "boundaries", f"{count} by {result.cases} orbits, {known}"
+        yield "boundaries", f"{count} by {result.cases} orbits, {accuracy}"
 
 
 def share_rows(result: RegimeMap) -> Iterator[Row]:
     """Yield the share of the map in each regime."""
     for label, share in result.shares.items():
         yield Row(describe_regime(label), format_percent(share), "of the map")
-    for field, (name, words) in SHARE_ROWS.items():
+    for field, (name, remark) in SHARE_ROWS.items():
         if field in result.labels and (share := result.share(field)):
-            yield Row(name, format_percent(share), words)
+            yield Row(name, format_percent(share), remark)
 
 
 def place_rows(result: RegimeMap) -> Iterator[Row]:
@@ -124,8 +124,8 @@ def place_rows(result: RegimeMap) -> Iterator[Row]:
     yield Row("here", values, "; ".join(result.describe_place()))
     if not place.is_inside:
         yield Row("", "", "outside the map")
-    for one in place.changes:
-        yield Row(short_key(one.key, keys), one.step, one.sentence)
+    for change in place.changes:
+        yield Row(short_key(change.key, keys), change.step, change.sentence)
 
 
 def write_map_csv(result: RegimeMap, file: Path) -> None:
@@ -154,7 +154,7 @@ def map_fields(result: RegimeMap, provenance: Provenance) -> Fields:
         "cell": [float(shares[1]) for shares in result.grid.shares],
         "width": max((line.width for line in lines), default=0.0),
     }
-    found = {
+    fields = {
         "axes": [
             {"key": axis.key, "unit": axis.unit, **axis.entry, "count": count}
             for axis, count in zip(result.axes, result.grid, strict=True)
@@ -166,12 +166,14 @@ def map_fields(result: RegimeMap, provenance: Provenance) -> Fields:
             "motion": list(result.describe_place()),
             "rates": place.rates and place.rates._asdict(),
             "nearest": [
-                {"key": one.key, "distance": one.distance, "what": one.sentence}
-                for one in place.changes
+                {"key": change.key, "distance": change.distance, "what": change.sentence}
+                for change in place.changes
             ],
         },
     }  # fmt: skip
-    return stored_fields(result, result.motion, numerics, result.metrics, provenance, map=found)
+    return stored_fields(
+        result, result.motion, numerics, result.metrics, provenance, map=fields
+    )
 
 
 MAP = Kind(

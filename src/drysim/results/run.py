@@ -98,9 +98,9 @@ def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
         )
     else:
         yield "window", _describe_window(outcome)
-    if (found := outcome.spectra) is not None:
-        averages = format_count(found.segments, "segment")
-        each = format_number(found.segment, "s", 3)
+    if (spectra := outcome.spectra) is not None:
+        averages = format_count(spectra.segments, "segment")
+        each = format_number(spectra.segment, "s", 3)
         yield "spectra", f"{averages} of {each}, half overlapping"
 
 
@@ -123,13 +123,13 @@ def _describe_window(outcome: Outcome) -> str:
     if duration is None:  # a record ends the window, on the output grid
         duration = end - settle - getattr(motion, "rest", 0) * dt
     settled = f" after settling for {format_number(settle, 's')}" if settle else ""
-    words, left = f"{format_number(duration, 's')}{settled}", end - settle - duration
+    sentence, left = f"{format_number(duration, 's')}{settled}", end - settle - duration
     if left > 0.5 * dt:
-        words += (
+        sentence += (
             f", then {format_number(left, 's')} of ring-down with the base at rest, which "
             "counts in peaks and stroke"
         )
-    return words
+    return sentence
 
 
 def run_rows(outcome: Outcome) -> Iterator[Row]:
@@ -285,44 +285,44 @@ def _response_block(motion: Response, part: slice, stops: bool) -> list[Values]:
 
 def write_events_csv(outcome: Outcome, file: Path) -> None:
     """Write events.csv: stops, break-aways, reversals; the first row is the state at t = 0."""
-    found = outcome.response.events
+    events = outcome.response.events
     names = [EVENT_NAMES[code] for code in EVENT_CODES]
 
     def rows() -> Iterator[bytes]:
-        for start in range(0, len(found), BLOCK_SIZE):
+        for start in range(0, len(events), BLOCK_SIZE):
             part = slice(start, start + BLOCK_SIZE)
-            kinds = format_words(names, np.searchsorted(EVENT_CODES, found.kind[part]))
-            yield format_rows([found.t[part], kinds, found.x_r[part], found.F_L[part]])
+            kinds = format_words(names, np.searchsorted(EVENT_CODES, events.kind[part]))
+            yield format_rows([events.t[part], kinds, events.x_r[part], events.F_L[part]])
 
     write_csv(file, [*map(column_header, EVENT_COLUMNS)], rows())
 
 
 def write_violations_csv(outcome: Outcome, file: Path) -> None:
     """Write stroke_violations.csv, if the stroke limit was exceeded."""
-    found = dict(outcome.metrics)
-    if not found["violations"]:
+    metrics = dict(outcome.metrics)
+    if not metrics["violations"]:
         return
     for warning in outcome.warnings:
         # The metrics cover their window only; the limit may have been exceeded before it.
         if warning.slug == "stroke-violated":
-            found |= warning.numbers
-    cells = [format_cell(found[name]) for name in VIOLATION_METRICS]
+            metrics |= warning.numbers
+    cells = [format_cell(metrics[name]) for name in VIOLATION_METRICS]
     headers = [*map(column_header, VIOLATION_COLUMNS)]
     write_csv(file, headers, [join_cells([cells])])
 
 
 def write_spectra_csv(outcome: Outcome, file: Path) -> None:
     """Write spectra.csv, if spectra were requested."""
-    found = outcome.spectra
-    if found is None:
+    spectra = outcome.spectra
+    if spectra is None:
         return
     columns = {
-        "f [Hz]": found.f,
-        "G_u [(m/s2)2/Hz]": found.G_u,
-        "G_x [(m/s2)2/Hz]": found.G_x,
-        "H1 [-]": np.abs(found.H1),
-        "phase [rad]": np.angle(found.H1),
-        "coherence [-]": found.coherence,
+        "f [Hz]": spectra.f,
+        "G_u [(m/s2)2/Hz]": spectra.G_u,
+        "G_x [(m/s2)2/Hz]": spectra.G_x,
+        "H1 [-]": np.abs(spectra.H1),
+        "phase [rad]": np.angle(spectra.H1),
+        "coherence [-]": spectra.coherence,
     }
     write_csv(file, list(columns), [format_rows(columns.values())])
 
@@ -359,14 +359,14 @@ def run_fields(outcome: Outcome, provenance: Provenance) -> Fields:
     )
 
 
-def _spectra_fields(found: Spectra) -> Fields:
+def _spectra_fields(spectra: Spectra) -> Fields:
     """Return the parameters of the spectral estimate."""
     return {
         "method": "Welch, Hann window, half overlapping, mean of the window removed",
         "series": "means over each step, corrected for their attenuation with frequency",
-        "segment": found.segment,
-        "segments": found.segments,
-        "resolution": 1.0 / found.segment,
+        "segment": spectra.segment,
+        "segments": spectra.segments,
+        "resolution": 1.0 / spectra.segment,
     }
 
 

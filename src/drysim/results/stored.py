@@ -32,35 +32,37 @@ OPTIONAL_COLUMNS = ("5 %", "95 %", "unit")
 
 def metric_tables(metrics: Fields) -> Iterator[tuple[str, Fields]]:
     """Yield the metrics of every approach of a comparison; else one unnamed table."""
-    several = all(isinstance(one, Mapping) and "least" not in one for one in metrics.values())
+    several = all(
+        isinstance(entry, Mapping) and "least" not in entry for entry in metrics.values()
+    )
     yield from metrics.items() if several else [("", metrics)]
 
 
 def metric_columns(metrics: Fields) -> list[list[str]]:
     """Return metrics as a table by columns."""
-    rows = [_metric_row(name, found) for name, found in metrics.items() if name in UNITS]
-    known = [row for row in rows if row is not None]
-    columns = [list(column) for column in zip(HEADINGS, *known, strict=True)]
+    rows = [_metric_row(name, entry) for name, entry in metrics.items() if name in UNITS]
+    filled = [row for row in rows if row is not None]
+    columns = [list(column) for column in zip(HEADINGS, *filled, strict=True)]
     return [column for column in columns if any(column[1:])]
 
 
-def _metric_row(name: str, found: Any) -> tuple[str, ...] | None:
+def _metric_row(name: str, entry: Any) -> tuple[str, ...] | None:
     """Return the cells of a metric, None if it has no value."""
-    if found is None:
+    if entry is None:
         return None
-    if not isinstance(found, Mapping):
-        found = {"value": found}
-    share = found.get("quantiles", {})
+    if not isinstance(entry, Mapping):
+        entry = {"value": entry}
+    share = entry.get("quantiles", {})
     values = {
-        "value": found.get("value"),
-        "mean": found.get("mean"),
-        "±": found.get("half_width"),
-        **{head: found[end]["value"] for head, end in EXTREME_KEYS.items() if end in found},
+        "value": entry.get("value"),
+        "mean": entry.get("mean"),
+        "±": entry.get("half_width"),
+        **{head: entry[end]["value"] for head, end in EXTREME_KEYS.items() if end in entry},
         **{
-            head: share.get(one, share.get(other))
-            for head, (one, other) in QUANTILE_KEYS.items()
+            head: share.get(key, share.get(other))
+            for head, (key, other) in QUANTILE_KEYS.items()
         },
     }
-    known = (values.get(head) for head in HEADINGS[2:])
-    cells = ("" if one is None else format_number(one) for one in known)
+    numbers = (values.get(head) for head in HEADINGS[2:])
+    cells = ("" if number is None else format_number(number) for number in numbers)
     return name, wording.format_unit(UNITS[name]), *cells

@@ -119,28 +119,28 @@ def summarise(table: Table) -> Summary:
 
 def answers(table: Table) -> Iterator[str]:
     """Yield the ranges of the main metrics, and the best cases of a sweep of designs."""
-    own = _main_tally(table)
-    if own.ends:
-        yield f"Over all cases: {format_metric_ranges(own.ends)}."
+    tally = _main_tally(table)
+    if tally.ends:
+        yield f"Over all cases: {format_metric_ranges(tally.ends)}."
     for name, best in table.answers:
         yield f"{name}: {best.result}, {best.describe(table.axes)}"
 
 
 def sweep_scene(table: Table) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was swept, and what was not."""
-    scenario, axes, own = table.scenario, table.axes, _main_tally(table)
+    scenario, axes, tally = table.scenario, table.axes, _main_tally(table)
     varied = [axis.key for axis in axes]
     plant, law, base = scenario.oscillator.plant(), scenario.law(), scenario.excitation
-    peak = own.greatest(PEAK_STROKE)
-    yield from describe_scene(scenario, plant, law, varied, own.shared, peak)
+    peak = tally.greatest(PEAK_STROKE)
+    yield from describe_scene(scenario, plant, law, varied, tally.shared, peak)
     yield "base", base.describe_cases(table.motion, varied, table.records)
     same = not any(key.startswith("excitation.") for key in varied)
     motion = table.motion if same else None
     yield from clean_up_lines(describe_clean_up(motion, records=table.records))
-    if found := own.seeds:
+    if seeds := tally.seeds:
         first: int = getattr(base, "seed", 1)
-        drawn = range(first, first + found.most)
-        counts = sorted({found.least, found.most})
+        drawn = range(first, first + seeds.most)
+        counts = sorted({seeds.least, seeds.most})
         yield "seeds", describe_seeds(drawn, stopping_rule(scenario), counts)
     for i, axis in enumerate(axes):
         yield "" if i else "swept", describe_axis(axis)
@@ -162,71 +162,71 @@ def _main_tally(table: Table) -> Tally:
 
 def table_rows(table: Table) -> Iterator[Row]:
     """Yield the main metrics."""
-    own = _main_tally(table)
+    tally = _main_tally(table)
     for metric in KEY_RATIOS:
-        if metric in own.extremes:
-            yield _range_row(table, own, metric)
-            yield from widest_interval_row(table.axes, own.seeds, metric)
+        if metric in tally.extremes:
+            yield _range_row(table, tally, metric)
+            yield from widest_interval_row(table.axes, tally.seeds, metric)
     if table.has_frequency_curves:
         yield _isolation_row(table, table.isolation)
-    if shows_peak_acceleration(table.scenario) and "x_dd_peak" in own.extremes:
-        yield _range_row(table, own, "x_dd_peak")
-    yield from stroke_rows(table, own)
+    if shows_peak_acceleration(table.scenario) and "x_dd_peak" in tally.extremes:
+        yield _range_row(table, tally, "x_dd_peak")
+    yield from stroke_rows(table, tally)
     yield from _hysteresis_rows(table)
     yield from _jump_rows(table)
     yield from _best_rows(table)
-    if ends := own.extremes.get("stuck_share"):
+    if ends := tally.extremes.get("stuck_share"):
         remark = f"maximum {describe_place(table, ends[1])}" if ends[1].value else ""
-        if remark and is_constant(own, "stuck_share"):
-            remark = describe_extent(table, own, "stuck_share")
-        words = format_percent_range(*(end.value for end in ends))
-        yield Row(label_of("stuck_share"), words, remark)
-    if ends := own.extremes.get("energy_residual"):
+        if remark and is_constant(tally, "stuck_share"):
+            remark = describe_extent(table, tally, "stuck_share")
+        span = format_percent_range(*(end.value for end in ends))
+        yield Row(label_of("stuck_share"), span, remark)
+    if ends := tally.extremes.get("energy_residual"):
         residual = format_number(ends[1].value, digits=2)
         yield Row("energy", f"residual at most {residual}")
     yield from _failure_rows(table)
 
 
-def _range_row(table: Table, own: Tally, metric: str) -> Row:
+def _range_row(table: Table, tally: Tally, metric: str) -> Row:
     """Return the range of a metric over the cases, and where its ends are."""
     return Row(
         label_of(metric),
-        format_metric_range(metric, own.ends[metric]),
-        describe_extent(table, own, metric),
+        format_metric_range(metric, tally.ends[metric]),
+        describe_extent(table, tally, metric),
     )
 
 
 def widest_interval_row(
-    axes: Sequence[Axis], found: SeedSummary | None, metric: str
+    axes: Sequence[Axis], seeds: SeedSummary | None, metric: str
 ) -> Iterator[Row]:
     """Yield the widest confidence interval of the mean of a metric."""
-    row = found.widest.get(metric) if found else None
+    row = seeds.widest.get(metric) if seeds else None
     if row is not None:
         width = row.half_widths[metric]
         mean, where = row.metrics.get(metric), describe_case(row.point, axes)
-        words = f"widest interval: {format_interval(mean, width)} at {where}"
-        yield Row("", f"± {format_number(width, digits=2)}", words)
+        remark = f"widest interval: {format_interval(mean, width)} at {where}"
+        yield Row("", f"± {format_number(width, digits=2)}", remark)
 
 
-def _isolation_row(table: Table, found: Sequence[Isolation] | None) -> Row:
+def _isolation_row(table: Table, isolations: Sequence[Isolation] | None) -> Row:
     """Return the frequency above which the seat isolates, over all curves that do."""
-    if found is None:
+    if isolations is None:
         many = f"not determined, as there are more than {MAX_ISOLATION_CASES} cases"
         return Row("isolation", wording.UNKNOWN, many)
-    begins = [one.above for one in found if one.above is not None]
+    begins = [curve.above for curve in isolations if curve.above is not None]
     if not begins:
         return Row("isolation", "nowhere", "T_a is not below 1 at the end of any curve")
     first, last, remark = min(begins), max(begins), "T_a stays below 1"
-    alike = first == last and len(begins) == len(found)
-    if not alike and len(found) <= MAX_NAMED_CURVES:
+    alike = first == last and len(begins) == len(isolations)
+    if not alike and len(isolations) <= MAX_NAMED_CURVES:
         remark += ": " + "; ".join(
-            f"{describe_case(one.point, table.axes)} "
-            + ("nowhere" if one.above is None else f"from {format_number(one.above, 'Hz')}")
-            for one in found
+            f"{describe_case(curve.point, table.axes)} "
+            + ("nowhere" if curve.above is None else f"from {format_number(curve.above, 'Hz')}")
+            for curve in isolations
         )
     elif not alike:
-        lost = len(begins) < len(found)
-        curves = f"{len(begins)} of {len(found)}" if lost else f"all {len(found)}"
+        lost = len(begins) < len(isolations)
+        curves = f"{len(begins)} of {len(isolations)}" if lost else f"all {len(isolations)}"
         remark += f" on {curves} curves" + ", nowhere on the others" * lost
         if first < last:
             remark += f"; on {begins.count(first)} of them from {format_number(first, 'Hz')}"
@@ -235,14 +235,17 @@ def _isolation_row(table: Table, found: Sequence[Isolation] | None) -> Row:
 
 def _hysteresis_rows(table: Table) -> Iterator[Row]:
     """Yield where the sweeps up and down differ, with the greatest difference of T_a."""
-    found = table.hysteresis
-    if found is None:
+    loops = table.hysteresis
+    if loops is None:
         return
-    if not found:
+    if not loops:
         yield Row("hysteresis", "none", "T_a is the same up and down, in every case")
         return
-    low, high = min(one.low for one in found), max(one.high for one in found)
-    unit, widest = wording.format_unit(table.axes[0].unit), max(found, key=lambda one: one.gap)
+    low, high = min(loop.low for loop in loops), max(loop.high for loop in loops)
+    unit, widest = (
+        wording.format_unit(table.axes[0].unit),
+        max(loops, key=lambda loop: loop.gap),
+    )
     up, down = (
         row.status if row.status != OK else format_number(row.metrics["T_a"], digits=5)
         for row in (widest.up, widest.down)
@@ -267,8 +270,8 @@ def _jump_rows(table: Table) -> Iterator[Row]:
     if table.axes[-1].key == EXTREME_KEY:
         yield from _swept_jump_rows(table)
         return
-    for at, jump in enumerate(table.jumps[:MAX_NAMED_JUMPS]):
-        name = "" if at else "jumps"
+    for place, jump in enumerate(table.jumps[:MAX_NAMED_JUMPS]):
+        name = "" if place else "jumps"
         yield Row(name, f"at {format_number(jump.value, digits=7)}", describe_jump(jump))
     if (left := len(table.jumps) - MAX_NAMED_JUMPS) > 0:
         yield Row("", f"and {left} more", "all are in drysim.json")
@@ -287,8 +290,8 @@ def _swept_jump_rows(table: Table) -> Iterator[Row]:
     largest = max(table.jumps, key=size)
     place = describe_case(largest.point, table.axes)
     count = wording.format_count(len(table.jumps), "jump")
-    words = f"{count}, the largest of T_a at {place}: {describe_jump(largest)}"
-    yield Row("jumps", f"at {format_range(low, high, digits=7)}", words)
+    remark = f"{count}, the largest of T_a at {place}: {describe_jump(largest)}"
+    yield Row("jumps", f"at {format_range(low, high, digits=7)}", remark)
 
 
 MAX_NAMED_JUMPS = 6
@@ -341,9 +344,9 @@ def conclusions(table: Table) -> Iterator[Note]:
             return
 
 
-def stroke_rows(table: Table, own: Tally) -> Iterator[Row]:
+def stroke_rows(table: Table, tally: Tally) -> Iterator[Row]:
     """Yield the greatest stroke and by how much the limit is exceeded."""
-    ends, used = own.extremes.get(PEAK_STROKE), own.extremes.get("stroke_used")
+    ends, used = tally.extremes.get(PEAK_STROKE), tally.extremes.get("stroke_used")
     if ends is None:
         return
     peak, share = ends[1], format_percent(ends[1].row.metrics.get("stroke_used"))
@@ -354,8 +357,10 @@ def stroke_rows(table: Table, own: Tally) -> Iterator[Row]:
             f"{share} of the stroke limit, by {format_length(reached, peak.value)} while "
             "settling, "
         )
-    same = is_constant(own, PEAK_STROKE) and not (used and not is_constant(own, "stroke_used"))
-    where = describe_extent(table, own, PEAK_STROKE) if same else describe_place(table, peak)
+    same = is_constant(tally, PEAK_STROKE) and not (
+        used and not is_constant(tally, "stroke_used")
+    )
+    where = describe_extent(table, tally, PEAK_STROKE) if same else describe_place(table, peak)
     yield Row(label_of(PEAK_STROKE), format_length(peak.value), f"{remark}{where}")
     # If the limit is swept, another case may use a greater share of its own.
     if used and format_percent(used[1].value) != share:
@@ -363,29 +368,29 @@ def stroke_rows(table: Table, own: Tally) -> Iterator[Row]:
         yield Row(
             "", most, f"largest share of the stroke limit, {describe_place(table, used[1])}"
         )
-    if own.beyond:
-        cases, remark = format_count(own.beyond, "case"), f"of {own.cases}, "
-        if table.scenario.stops and (speed := own.extremes.get("impact_speed")):
+    if tally.beyond:
+        cases, remark = format_count(tally.beyond, "case"), f"of {tally.cases}, "
+        if table.scenario.stops and (speed := tally.extremes.get("impact_speed")):
             name, value = "stops hit", cases
-            words = END_STOP_METRICS["impact_speed"]
+            verb = END_STOP_METRICS["impact_speed"]
             fastest = format_value("impact_speed", speed[1].value)
-            remark += f"{words} {fastest}, {describe_place(table, speed[1])}"
+            remark += f"{verb} {fastest}, {describe_place(table, speed[1])}"
         else:
             name, value = "limit", f"exceeded in {cases}"
-            remark += _describe_violation(table, own)
+            remark += _describe_violation(table, tally)
         yield Row(name, value, remark, BAD)
 
 
-def _describe_violation(table: Table, own: Tally) -> str:
+def _describe_violation(table: Table, tally: Tally) -> str:
     """Describe by how much, or when, the stroke limit is exceeded."""
-    worst = own.worst
+    worst = tally.worst
     limits = stroke_limits(table.scenario, worst.point) if worst else None
     if worst is None or limits is None:
         return ""
-    if own.seeds:
+    if tally.seeds:
         return f"{describe_seeds_beyond(worst)}{format_at(worst, table.axes)}"
     _, _, beyond = largest_excess(worst.metrics, limits)
-    return f"by up to {format_length(beyond, own.greatest('x_r_peak'))}"
+    return f"by up to {format_length(beyond, tally.greatest('x_r_peak'))}"
 
 
 def _failure_rows(table: Table) -> Iterator[Row]:
@@ -403,19 +408,19 @@ def _failure_rows(table: Table) -> Iterator[Row]:
         yield Row(status, cases, f"first at {where}{note}", BAD)
 
 
-def describe_extent(table: Table, own: Tally, metric: str) -> str:
+def describe_extent(table: Table, tally: Tally, metric: str) -> str:
     """Describe where a metric has its minimum and its maximum."""
-    if is_constant(own, metric):
-        return "the same in every case" + " that has a value" * bool(own.lost)
-    least, most = (describe_place(table, end) for end in own.extremes[metric])
+    if is_constant(tally, metric):
+        return "the same in every case" + " that has a value" * bool(tally.lost)
+    least, most = (describe_place(table, end) for end in tally.extremes[metric])
     return f"minimum {least}, maximum {most}" if least != most else least
 
 
-def is_constant(own: Tally, metric: str) -> bool:
+def is_constant(tally: Tally, metric: str) -> bool:
     """Whether a metric is the same in several cases, up to rounding."""
-    least, most = own.extremes[metric]
-    known = own.cases - sum(count for count, _ in own.lost.values())
-    return known > 1 and isclose(least.value, most.value, rel_tol=ROUNDING_TOLERANCE)
+    least, most = tally.extremes[metric]
+    count = tally.cases - sum(count for count, _ in tally.lost.values())
+    return count > 1 and isclose(least.value, most.value, rel_tol=ROUNDING_TOLERANCE)
 
 
 def describe_place(table: Table, extreme: Extreme) -> str:
@@ -443,7 +448,7 @@ def write_transmissibility_csv(table: Table, file: Path) -> None:
     blocks: Iterator[bytes] = map(as_text, batches)
     if isinstance(batches, StoredBatches):
         blocks = batches.texts(as_text)
-    write_csv(file, [one.header for one in columns], blocks)
+    write_csv(file, [column.header for column in columns], blocks)
 
 
 def all_cases(table: Table) -> tuple[list[Column], Iterable[Batch]]:
@@ -459,10 +464,10 @@ def write_case_violations_csv(table: Table, file: Path) -> None:
 
     The viscous reference is left out: it is not the seat under test.
     """
-    own = table.own_tally
-    if own is not None and own.beyond:
+    tally = table.own_tally
+    if tally is not None and tally.beyond:
         keys = [key_column(axis.key, axis.unit) for axis in table.axes]
-        write_violations(file, keys, table.rows, own.approach)
+        write_violations(file, keys, table.rows, tally.approach)
 
 
 PARQUET_FOLDER = "transmissibility"
@@ -480,7 +485,10 @@ def write_transmissibility_parquet(table: Table, folder: Path) -> None:
 
     columns = case_columns(table)[1:]  # the approach is in the path
     if has_means(table):  # a mean of counts may have decimals
-        columns = [one._replace(whole=one.whole and _is_whole(one, table)) for one in columns]
+        columns = [
+            column._replace(whole=column.whole and _is_whole(column, table))
+            for column in columns
+        ]
     for batch in as_batches(table.rows):
         place = folder / PARQUET_FOLDER / f"approach={batch.approach}"
         place.mkdir(parents=True, exist_ok=True)
@@ -516,26 +524,26 @@ def table_fields(table: Table, provenance: Provenance) -> Fields:
     The metrics are extremes over the cases of the scenario's approach, references left out.
     """
     approach, *references = table.approaches or ("",)
-    own = table.tallies.get(approach)
+    tally = table.tallies.get(approach)
     numerics = {
         "approach": approach,
         "reference": next(iter(references), None),
-        **numerics_fields(table, own),
+        **numerics_fields(table, tally),
     }
-    metrics = metric_fields(own)
+    metrics = metric_fields(tally)
     further: Fields = {"best": _best_fields(table.best)} if table.best else {}
     if table.hysteresis is not None:
         further["hysteresis"] = [
             {
                 "key": table.axes[0].key,
-                "from": one.low,
-                "to": one.high,
+                "from": loop.low,
+                "to": loop.high,
                 "T_a": {
-                    row.point[DIRECTION_KEY]: row.metrics["T_a"] for row in (one.up, one.down)
+                    row.point[DIRECTION_KEY]: row.metrics["T_a"] for row in (loop.up, loop.down)
                 },
-                "where": one.point,
+                "where": loop.point,
             }
-            for one in table.hysteresis
+            for loop in table.hysteresis
         ]
     if table.jumps is not None:
         further["jumps"] = [
@@ -555,9 +563,9 @@ def table_fields(table: Table, provenance: Provenance) -> Fields:
 
 def _best_fields(best: BestCase) -> Fields:
     """Return the best admissible case, or the check that the closest one fails."""
-    at = None if best.row is None else dict(best.row.point)
+    place = None if best.row is None else dict(best.row.point)
     count = {"admissible": best.admissible, "cases": best.cases}
-    fields: Fields = {"metric": best.objective, "value": best.value, "at": at, **count}
+    fields: Fields = {"metric": best.objective, "value": best.value, "at": place, **count}
     if best.closest:
         fields["closest"] = check_fields(best.closest)
     if best.over_records:

@@ -145,8 +145,10 @@ def interval_column(metric: str) -> Column:
     """Return the column of the half-width of a metric that is a mean over seeds."""
 
     def values(batch: Batch) -> Values:
-        found = (batch.over.get(i) for i in range(len(batch)))
-        return np.array([one and one.half_widths.get(metric) for one in found], dtype=float)
+        summaries = (batch.over.get(i) for i in range(len(batch)))
+        return np.array(
+            [summary and summary.half_widths.get(metric) for summary in summaries], dtype=float
+        )
 
     return Column(f"{metric}_half_width", METRIC_UNITS[metric], values)
 
@@ -187,8 +189,8 @@ def optional_metrics(scenario: Scenario) -> tuple[str, ...]:
 
 def interval_metrics(scenario: Scenario) -> tuple[str, ...]:
     """Return the metrics whose confidence interval is written, of means over seeds."""
-    known = (metric.name for metric in METRICS if metric.with_interval)
-    return (*known, *optional_metrics(scenario))
+    names = (metric.name for metric in METRICS if metric.with_interval)
+    return (*names, *optional_metrics(scenario))
 
 
 def has_means(table: Table) -> bool:
@@ -255,10 +257,10 @@ def _case_cells(column: Column, batch: Batch, part: slice | NDArray[np.bool_]) -
 # Benches.
 
 
-def quote_cell(words: str) -> str:
+def quote_cell(text: str) -> str:
     """Return text as a CSV cell on one line, quoted if it has a comma or a quote."""
-    words = _as_text(sanitise(" ".join(words.split())))
-    return '"' + words.replace('"', '""') + '"' if set(words) & set(',"') else words
+    text = _as_text(sanitise(" ".join(text.split())))
+    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"') else text
 
 
 FORMULA_STARTS = "=", "+", "-", "@"
@@ -315,9 +317,9 @@ def format_counts(values: NDArray[Any]) -> list[bytes]:
     ]
 
 
-def format_words(words: Sequence[str], codes: NDArray[np.generic]) -> list[bytes]:
+def format_words(texts: Sequence[str], codes: NDArray[np.generic]) -> list[bytes]:
     """Return texts as cells, by their index."""
-    cells = [word.encode() for word in words]
+    cells = [word.encode() for word in texts]
     return [cells[code] for code in codes.tolist()]
 
 

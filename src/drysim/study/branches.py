@@ -185,13 +185,13 @@ class BranchesResult(Result):
     case : Case
     axis : Axis
         The key that varies.
-    own : float or None
+    stated_value : float or None
         Its value in the scenario, if that is in the range.
     branches : tuple of Branch
     bifurcations : tuple of Bifurcation
         By value of the key.
     motions : tuple of Motion
-        The motions at `own`, the stable ones first.
+        The motions at `stated_value`, the stable ones first.
     starts : int
         Starts from which motions were sought.
     warnings : tuple of WarningMessage
@@ -202,7 +202,7 @@ class BranchesResult(Result):
     scenario: Scenario
     case: Case = field(compare=False)
     axis: Axis
-    own: float | None
+    stated_value: float | None
     branches: tuple[Branch, ...]
     bifurcations: tuple[Bifurcation, ...]
     motions: tuple[Motion, ...]
@@ -897,7 +897,7 @@ def describe_branch(branch: Branch) -> str:
 
 def describe_motions(result: BranchesResult) -> str:
     """Describe the motions at the value of the key in the scenario."""
-    if result.own is None:
+    if result.stated_value is None:
         return ""
     listed = "; ".join(
         f"{'stable' if motion.stable else 'unstable'}, "
@@ -906,7 +906,7 @@ def describe_motions(result: BranchesResult) -> str:
         f"stroke {format_length(motion.x_r_peak)}"
         for motion in result.motions
     )
-    return f"at {result.place(result.own)}: {listed or 'none found'}"
+    return f"at {result.place(result.stated_value)}: {listed or 'none found'}"
 
 
 class Seeds(NamedTuple):

@@ -54,7 +54,7 @@ class Comparison(Result):
     ----------
     table : Table
         One row per name and case; `approach` of a row is the name.
-    yardstick : str
+    reference : str
         Name of the reference.
     responses : mapping
         Response of each approach in one case, for a picture of the motion.
@@ -69,7 +69,7 @@ class Comparison(Result):
     kind: ClassVar[str] = "comparison"
 
     table: Table
-    yardstick: str
+    reference: str
     responses: Mapping[str, Response]
     shown: Point
     verdict: tuple[str, ...]
@@ -77,7 +77,7 @@ class Comparison(Result):
 
     def __repr__(self) -> str:
         """Return the names and the first sentence of the verdict in one line."""
-        names = f"{', '.join(self.table.approaches)} against {self.yardstick}"
+        names = f"{', '.join(self.table.approaches)} against {self.reference}"
         return format_repr("Comparison", self.table.scenario.name, names, *self.verdict[:1])
 
     @property
@@ -145,7 +145,7 @@ class Comparison(Result):
             yield from ((row, other) for row, other in partners if other is not None)
             return
         places = {_point_key(row, keys): row for row in rows}
-        for other in self.table.of(self.yardstick):
+        for other in self.table.of(self.reference):
             if (row := places.get(_point_key(other, keys))) is not None:
                 yield row, other
 
@@ -155,12 +155,12 @@ class Comparison(Result):
 
     @cached_property
     def _reference_keys(self) -> Set[str]:
-        first = next(iter(self.table.of(self.yardstick)), None)
+        first = next(iter(self.table.of(self.reference)), None)
         return frozenset(first.point if first else ())  # a view of keys cannot be pickled
 
     @cached_property
     def _reference_rows(self) -> dict[frozenset[tuple[str, float]], Row]:
-        rows = self.table.of(self.yardstick)
+        rows = self.table.of(self.reference)
         return {_point_key(row, self._reference_keys): row for row in rows}
 
 
@@ -429,7 +429,7 @@ class Judgement(NamedTuple):
 
 def judge(comparison: Comparison, name: str) -> Iterator[Judgement]:
     """Yield how an approach compares with the reference at each point."""
-    ends = comparison.table.tallies[comparison.yardstick].ends
+    ends = comparison.table.tallies[comparison.reference].ends
     least = {PEAK_STROKE: SMALL_PEAK * ends.get(PEAK_STROKE, (0.0, 0.0))[1]}
     for row, other in comparison.pairs(name):
         others = {}
@@ -527,7 +527,7 @@ def describe_coinciding(comparison: Comparison) -> Iterator[str]:
     """Yield the names, except the reference, whose metrics are equal in all cases."""
     groups: list[tuple[MetricValues, list[str]]] = []
     for name in comparison.table.approaches:
-        if name == comparison.yardstick:
+        if name == comparison.reference:
             continue
         metrics = _metric_values(comparison.table.of(name))
         like = (group for values, group in groups if _are_close(values, metrics))
@@ -574,7 +574,7 @@ TARGET_ERROR = 0.01
 
 def diagnose(comparison: Comparison, scenarios: Mapping[str, Scenario]) -> tuple[str, ...]:
     """Return the verdict on all approaches except the reference, largest deviation first."""
-    names = [name for name in scenarios if name not in (comparison.yardstick, "viscous")]
+    names = [name for name in scenarios if name not in (comparison.reference, "viscous")]
     largest = [(largest_deviation(deviations(comparison, name)), name) for name in names]
     deviating = [(deviation, name) for deviation, name in largest if deviation is not None]
     sentences: list[str] = []
@@ -592,7 +592,7 @@ def describe_approach(
 ) -> Iterator[str]:
     """Yield the findings about one approach, in the case where it deviates most."""
     deviation, row, _ = worst
-    reference, exact = comparison.yardstick, comparison.counterpart(row)
+    reference, exact = comparison.reference, comparison.counterpart(row)
     axes = comparison.table.axes
     place = format_at(row, axes)
     if is_same_solution(scenarios[name], scenarios[reference]):
@@ -646,7 +646,7 @@ def is_same_solution(scenario: Scenario, other: Scenario) -> bool:
 
 def reference_limits(comparison: Comparison) -> str:
     """Return why a deviation from the reference may be no error; "" if it is exact."""
-    reference, scenario = comparison.yardstick, comparison.table.scenario
+    reference, scenario = comparison.reference, comparison.table.scenario
     if omissions := scenario.omissions(reference):
         return f"; {'; '.join(omissions)}"
     if not isinstance(scenario.variant(reference).solver.member(), ExactApproach):
@@ -656,7 +656,7 @@ def reference_limits(comparison: Comparison) -> str:
 
 def describe_reference(comparison: Comparison) -> str:
     """Return the name of the reference, with its law if laws are compared."""
-    reference, law = comparison.yardstick, comparison.laws.get(comparison.yardstick)
+    reference, law = comparison.reference, comparison.laws.get(comparison.reference)
     names_law = comparison.of_laws and law not in (None, "", reference)
     return f"{reference} ({law})" if names_law else reference
 
@@ -717,7 +717,7 @@ def deviation_with(
 
 def describe_unknown(comparison: Comparison, names: Sequence[str]) -> Iterator[str]:
     """Yield for which names T_a is unknown, and why."""
-    reference = comparison.yardstick
+    reference = comparison.reference
     if names and (reason := unknown_reason(comparison, reference)):
         yield f"T_a of {reference}, the reference, is unknown: {reason}"
         return
@@ -738,10 +738,10 @@ def unknown_reason(comparison: Comparison, name: str) -> str:
 
 def describe_frictionless(comparison: Comparison) -> Iterator[str]:
     """Yield the effect of dry friction on T_a, where one case is compared."""
-    if comparison.table.axes or comparison.yardstick == "viscous":
+    if comparison.table.axes or comparison.reference == "viscous":
         return
     by_name = {row.approach: row.metrics.get("T_a") for row in comparison.table.rows}
-    frictionless, exact = by_name.get("viscous"), by_name.get(comparison.yardstick)
+    frictionless, exact = by_name.get("viscous"), by_name.get(comparison.reference)
     if frictionless and exact and format_number(frictionless) != format_number(exact):
         without, dry = format_number(frictionless), format_number(exact)
         yield f"without dry friction T_a would be {without} instead of {dry}"
