@@ -90,6 +90,8 @@ def test_run_says_that_it_replaces_a_sweep(drysim, seat):
     told = "this run replaces the sweep in out/seat; use --out to keep it\n"
     assert drysim("run", seat, *over).err.startswith(told)
     assert "replaces" not in drysim("run", seat, *over).err
+    drysim("sweep", seat, *over)
+    assert drysim("run", seat, *over, "--quiet")[1:] == ("", told)
 
 
 def test_quiet_says_what_makes_the_exit_code(drysim, seat):
@@ -360,9 +362,13 @@ def test_seeds_of_an_interrupted_run_are_never_discarded_silently(drysim, seat):
         assert "starting over: finished seeds in out/seat.partial are disc" in answer.err
         assert "(`drysim run --resume` keeps them)" in answer.err
         interrupt()
-    answer = drysim("run", seat, "--no-plots")
-    assert answer.code == 0
-    assert "discards the finished seeds in out/seat.partial; use --out" in answer.err
+    assert "starting over: finished seeds" in drysim(*sweep, "--quiet").err
+    interrupt()
+    for silence in ((), ("--quiet",)):
+        answer = drysim("run", seat, "--no-plots", *silence)
+        assert answer.code == 0
+        assert "discards the finished seeds in out/seat.partial; use --out" in answer.err
+        interrupt()
 
 
 def test_fault_that_nobody_reads_keeps_its_exit_code(tmp_path):

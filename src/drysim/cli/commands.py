@@ -159,7 +159,7 @@ def run_job(case: Case, mode: OutputMode) -> Job:
         warn_of_replaced_sweep(folder, mode)
         if held := resumable_parts(folder):
             kept = f"the finished {' and '.join(held)} in {folder}.partial"
-            mode.print_status(f"this run discards {kept}; use --out to keep them")
+            mode.print_loss(f"this run discards {kept}; use --out to keep them")
         if case.scenario.static_interval:
             return
         check_disk_space(folder, MIN_BYTES_SHARE * response_bytes(case))
@@ -213,7 +213,7 @@ def warn_of_replaced_sweep(folder: Path, mode: OutputMode) -> None:
     from drysim.study.table import Table
 
     if stored_kind(folder) == Table.kind:
-        mode.print_status(f"this run replaces the sweep in {folder}; use --out to keep it")
+        mode.print_loss(f"this run replaces the sweep in {folder}; use --out to keep it")
 
 
 def check_single_seed_options(workers: int | None, resume: bool) -> None:

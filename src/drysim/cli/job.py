@@ -153,7 +153,7 @@ def carry_out(job: Job, common: Common) -> int:
     if common.dry_run:
         return mode.plan(job.plan(folder))
     if not common.report and output.has_report(folder):
-        mode.print_status(
+        mode.print_loss(
             f"the report of the earlier result in {folder} is removed with it; `drysim report "
             f"{folder}` writes a new one"
         )

@@ -158,7 +158,10 @@ ScenarioOption = Annotated[
     ),
 ]
 Quiet = Annotated[
-    bool, typer.Option("--quiet", "-q", help="Print errors and failed checks only.")
+    bool,
+    typer.Option(
+        "--quiet", "-q", help="Print only errors, failed checks and what is discarded."
+    ),
 ]
 Format = Annotated[
     Literal["text", "json", "github"], typer.Option("--format", help="Output format.")

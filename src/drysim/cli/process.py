@@ -317,6 +317,12 @@ class OutputMode(NamedTuple):
 
             terminal.print_stderr(sentence)
 
+    def print_loss(self, sentence: str) -> None:
+        """Print on stderr what an earlier command left and this one discards."""
+        from drysim.console import terminal
+
+        terminal.print_stderr(sentence)
+
     @contextmanager
     def lock(self, folder: Path, resume: bool, what: str) -> Iterator[LockedFolder]:
         """Lock an output folder; report which finished work is discarded."""
@@ -328,7 +334,7 @@ class OutputMode(NamedTuple):
                 if not (resume and parts == what):
                     command = output.STORES[parts]
                     remedy = "--resume" if parts == what else f"drysim {command} --resume"
-                    self.print_status(
+                    self.print_loss(
                         f"starting over: finished {parts} in {folder}.partial are discarded "
                         f"(`{remedy}` keeps them)"
                     )
