@@ -53,7 +53,9 @@ OWN_STYLE: Style = {"color": "0.45", "linewidth": 1.0, "linestyle": (0, (1, 2)),
 
 def draw(result: BranchesResult) -> Figure:
     """Draw the branches of a scenario."""
-    peak = max((float(one.metrics[PEAK_STROKE].max()) for one in result.branches), default=0.0)
+    peak = max(
+        (float(branch.metrics[PEAK_STROKE].max()) for branch in result.branches), default=0.0
+    )
     panels = (T_A, plotted(PEAK_STROKE, peak))
     figure, grid = style.panel_grid(len(panels), 1, PANEL_HEIGHT * len(panels))
     axes: list[Axes] = []
@@ -69,7 +71,7 @@ def draw(result: BranchesResult) -> Figure:
     heading = style.make_heading(
         result.scenario,
         describe_motions(result),
-        "; ".join(words for _, words in scene),
+        "; ".join(sentence for _, sentence in scene),
         result.scenario.excitation.describe_cases(case.motion, [result.axis.key]),
     )
     style.finish_figure(figure, heading)
@@ -82,17 +84,17 @@ def draw_panel(axes: Axes, result: BranchesResult, metric: PlottedMetric) -> Non
         axes.set_xscale("log")
     for branch in result.branches:
         draw_branch(axes, branch, metric)
-    for one in result.bifurcations:
-        branch = result.branches[one.branch - 1]
+    for bifurcation in result.bifurcations:
+        branch = result.branches[bifurcation.branch - 1]
         axes.plot(
-            one.value,
-            branch.metrics[metric.name][one.position] * metric.scale,
+            bifurcation.value,
+            branch.metrics[metric.name][bifurcation.position] * metric.scale,
             linestyle="none",
             color="black",
             zorder=4,
             clip_on=False,
-            label=one.kind,
-            **MARKS[one.kind],
+            label=bifurcation.kind,
+            **MARKS[bifurcation.kind],
         )
     if result.stated_value is not None:
         axes.axvline(result.stated_value, label="value in the scenario", **OWN_STYLE)
@@ -106,7 +108,7 @@ def draw_branch(axes: Axes, branch: Branch, metric: PlottedMetric) -> None:
     """Draw a branch: its stable parts solid, its unstable ones dashed."""
     values = branch.metrics[metric.name] * metric.scale
     color = COLORS[(branch.number - 1) % len(COLORS)]
-    words = describe_branch(branch)
+    description = describe_branch(branch)
     for stable, part in branch.parts():
         axes.plot(
             branch.values[part],
@@ -114,5 +116,5 @@ def draw_branch(axes: Axes, branch: Branch, metric: PlottedMetric) -> None:
             color=color,
             linewidth=LINE_WIDTHS[stable],
             linestyle="-" if stable else (0, (4, 2)),
-            label=words if stable else f"{words}, unstable",
+            label=description if stable else f"{description}, unstable",
         )

@@ -58,19 +58,21 @@ FRICTIONLESS = "viscous"
 def draw(result: Comparison) -> Figure:
     """Return the figure of a comparison."""
     line_styles, view = approach_styles(result), comparison_view(result)
-    known = any("T_a" in tally.extremes for tally in result.table.tallies.values())
-    swept = known and bool(view.key)
+    has_T_a = any("T_a" in tally.extremes for tally in result.table.tallies.values())
+    swept = has_T_a and bool(view.key)
     ends = [tally.ends for tally in result.table.tallies.values()]
-    weighted = [one for one in (SEAT, A_W) if any(one.name in known for known in ends)][:1]
+    weighted = [
+        metric for metric in (SEAT, A_W) if any(metric.name in has_T_a for has_T_a in ends)
+    ][:1]
     columns: Columns = (T_A, DEVIATION, *weighted)
-    figure, grid = style.panel_grid(1 + known * len(view.panels), len(columns))
+    figure, grid = style.panel_grid(1 + has_T_a * len(view.panels), len(columns))
     above = figure.add_subplot(grid[0, :-1] if result.of_laws else grid[0, :])
     _draw_acceleration(above, result, line_styles, named=not swept)
     if result.of_laws:
         _draw_loops(figure.add_subplot(grid[0, -1]), result, line_styles)
     if swept:
         draw_curves(figure, grid, result, view, columns, line_styles)
-    elif known:
+    elif has_T_a:
         draw_bars(figure, grid, result, columns, line_styles)
     style.finish_figure(figure, style.comparison_heading(result, view.left_out))
     return figure
@@ -104,7 +106,7 @@ def _draw_acceleration(
     shade_intervals(axes, intervals, f"{label} ({result.reference})")
     curves = _curves(result, result.responses, first, last)
     total_variation = {
-        name: float(np.abs(np.diff(one.x_dd)).sum()) for name, one in curves.items()
+        name: float(np.abs(np.diff(curve.x_dd)).sum()) for name, curve in curves.items()
     }
     for name in sorted(total_variation, key=lambda name: -total_variation[name]):
         hides_reference = total_variation[name] > 2 * total_variation[result.reference]
@@ -112,11 +114,11 @@ def _draw_acceleration(
         line_style = {**line_styles[name], "marker": "", "zorder": zorder}
         shown = curves[name]
         axes.plot(shown.t, shown.x_dd, **line_style, label=name if named else "")
-    words = f"acceleration of the mass ẍ [m/s²]: {point_label(result.shown, result.table.axes)}"
+    title = f"acceleration of the mass ẍ [m/s²]: {point_label(result.shown, result.table.axes)}"
     room = style.HEADING_WIDTH
     if result.of_laws:  # the loops take the last column
         room *= 1 - 1 / style.column_count(axes)
-    style.set_title(axes, style.fit_line(words.removesuffix(": "), room, size=style.TITLE_SIZE))
+    style.set_title(axes, style.fit_line(title.removesuffix(": "), room, size=style.TITLE_SIZE))
     axes.set_xlabel("time [s]")
     if last > first:
         axes.set_xlim(first, last)
@@ -125,8 +127,8 @@ def _draw_acceleration(
 def _draw_loops(axes: Axes, result: Comparison, line_styles: Mapping[str, Style]) -> None:
     """Draw the friction loop of every law over a cycle around the shown interval."""
     first, last = cycle_interval(result.responses[result.reference], *_shown_interval(result))
-    words = [name for name in result.responses if result.laws.get(name)]
-    curves = _curves(result, words, first, last)
+    names = [name for name in result.responses if result.laws.get(name)]
+    curves = _curves(result, names, first, last)
     peaks = (float(np.abs(shown.x_r).max()) for shown in curves.values())
     unit = wording.length_unit(max(peaks, default=0.0))
     for name, shown in curves.items():
@@ -216,9 +218,9 @@ def draw_curves(
     """Draw every column over the swept key, with the same y-axis in all rows."""
     shared: list[Axes | None] = [None] * len(columns)
     deviations: list[float] = []
-    for at, panel in enumerate(view.panels, 1):
+    for row, panel in enumerate(view.panels, 1):
         for column, metric in enumerate(columns):
-            axes = figure.add_subplot(grid[at, column], sharey=shared[column])
+            axes = figure.add_subplot(grid[row, column], sharey=shared[column])
             shared[column] = axes
             sweep.set_row_title(
                 axes, panel.title, _column_title(grid, result, metric, panel.title)
@@ -239,7 +241,7 @@ def draw_curves(
             if metric is T_A:
                 sweep.mark_gaps(axes, view, panel)
             sweep.set_x_axis(axes, view, is_labelled=style.is_lowest(axes))
-            if at == len(view.panels):  # all curves of the column are drawn
+            if row == len(view.panels):  # all curves of the column are drawn
                 if metric is not None:
                     axes.set_ylim(bottom=0.0)
                 else:
@@ -276,13 +278,19 @@ def _deviations(
     result: Comparison, view: View, panel: Panel, name: str
 ) -> tuple[list[float], list[float], list[float]]:
     """Return abscissa, deviation [%] and half width of its interval [%] of an approach."""
-    found = [
-        (view.x(one.row), 100.0 * one.value, 100.0 * (one.half_width or nan))
-        for one in compare.deviations(result, name)
-        if all(one.row.point.get(key, value) == value for key, value in panel.point.items())
+    deviations = [
+        (view.x(deviation.row), 100.0 * deviation.value, 100.0 * (deviation.half_width or nan))
+        for deviation in compare.deviations(result, name)
+        if all(
+            deviation.row.point.get(key, value) == value for key, value in panel.point.items()
+        )
     ]
-    found.sort()
-    return [x for x, _, _ in found], [y for _, y, _ in found], [w for _, _, w in found]
+    deviations.sort()
+    return (
+        [x for x, _, _ in deviations],
+        [y for _, y, _ in deviations],
+        [w for _, _, w in deviations],
+    )
 
 
 def _set_deviation_scale(axes: Axes, values: Sequence[float]) -> None:
@@ -314,23 +322,23 @@ def draw_bars(
     for column, metric in enumerate(columns):
         axes = figure.add_subplot(grid[1, column])
         style.set_title(axes, _column_title(grid, result, metric))
-        for at, row in enumerate(rows):
+        for place, row in enumerate(rows):
             if metric is not None:
                 value = metric.of(row)
-                words = wording.format_number(value)
+                label = wording.format_number(value)
             elif (
                 row.approach != result.reference and (off := result.deviation(row)) is not None
             ):
                 value = 100.0 * off
-                words = wording.format_deviation(off)
+                label = wording.format_deviation(off)
             else:
                 continue
             color = line_styles[row.approach]["color"]
-            axes.barh(-at, value or 0.0, color=color, height=0.6)
-            _label_bar(axes, value or 0.0, -at, words)
+            axes.barh(-place, value or 0.0, color=color, height=0.6)
+            _label_bar(axes, value or 0.0, -place, label)
         _mark_agreement(metric, axes.axvline, axes.axvspan)
         names = [row.approach if column == 0 else "" for row in rows]
-        axes.set_yticks([-at for at in range(len(rows))], labels=names)
+        axes.set_yticks([-place for place in range(len(rows))], labels=names)
         axes.set_ylim(-len(rows) + 0.4, 0.6)
         _widen_for_labels(axes)
         axes.grid(visible=False, axis="y")
@@ -343,11 +351,11 @@ def _widen_for_labels(axes: Axes) -> None:
     axes.set_xlim(low - margin * (low < 0.0), high + margin)
 
 
-def _label_bar(axes: Axes, value: float, position: float, words: str) -> None:
+def _label_bar(axes: Axes, value: float, position: float, label: str) -> None:
     """Write the number of a bar next to its end."""
     margin, side = (4, "left") if value >= 0 else (-4, "right")
     axes.annotate(
-        words, (value, position), xytext=(margin, 0), textcoords="offset points",
+        label, (value, position), xytext=(margin, 0), textcoords="offset points",
         ha=side, va="center", size=9, bbox=LABEL_BOX,
     )  # fmt: skip
 
@@ -399,12 +407,15 @@ def choose_interval(response: Response, others: Iterable[Response], begin: float
     stops = stuck_intervals(response, begin, end)
     fitting = [stop for stop in stops if stop[0] > begin and stop[1] <= 0.5 * span]
     if fitting:
-        at, length = max(fitting, key=lambda stop: stop[1])
-        middle, width = at + 0.5 * length, max(STOP_CONTEXT * length, MIN_INTERVAL_SHARE * span)
+        start, length = max(fitting, key=lambda stop: stop[1])
+        middle, width = (
+            start + 0.5 * length,
+            max(STOP_CONTEXT * length, MIN_INTERVAL_SHARE * span),
+        )
         return _interval_around(middle, min(width, span), begin, end)
     if stops:
-        at, length = max(stops, key=lambda stop: stop[1])
-        return _interval_around(at if at > begin else at + length, span, begin, end)
+        start, length = max(stops, key=lambda stop: stop[1])
+        return _interval_around(start if start > begin else start + length, span, begin, end)
     return _interval_around(_largest_deviation_time(response, others, begin), span, begin, end)
 
 
@@ -424,9 +435,9 @@ def acceleration_difference(response: Response, other: Response, begin: float) -
     """
     first = round(begin / response.dt)
     t = np.arange(first, len(response)) * response.dt
-    own = response.acceleration(slice(first, None))
+    acceleration = response.acceleration(slice(first, None))
     beside = np.interp(np.mod(t, repeat_time(other)), other.t, other.x_dd)
-    gap: Floats = np.abs(beside - own)
+    gap: Floats = np.abs(beside - acceleration)
     return gap
 
 

@@ -108,9 +108,9 @@ def draw(result: DesignResult, ax: Axes | None = None) -> Figure:
         count = len(result.design.vary)
         columns = 1 if count == 1 else 2
         figure, grid = style.panel_grid(ceil(count / columns), columns, ax=ax)
-        for i, one in enumerate(result.design.vary):
+        for i, vary in enumerate(result.design.vary):
             axes = ax or figure.add_subplot(grid[i // columns, i % columns])
-            draw_curve(result, axes, one, alone=count == 1)
+            draw_curve(result, axes, vary, alone=count == 1)
     style.finish_figure(figure, heading(result), ax=ax)
     return figure
 
@@ -118,19 +118,19 @@ def draw(result: DesignResult, ax: Axes | None = None) -> Figure:
 def heading(result: DesignResult) -> style.Heading:
     """Return the heading: the best design, then what was varied."""
     shown, source = result.shown, result.source
-    words = "no design has numbers"
+    results = "no design has numbers"
     if shown is not None:
         values = zip(result.design.minimise, shown.objectives, result.half_widths, strict=True)
-        found = ", ".join(
+        objectives = ", ".join(
             f"{METRICS_BY_NAME[name].label} {format_metric(name, x, half)}"
             for name, x, half in values
         )
         best = result.shown_name if result.best else "no design keeps all limits; the closest"
-        words = f"{best}: {found} at {result.place(shown)}"
+        results = f"{best}: {objectives} at {result.place(shown)}"
     limits = ", ".join(str(limit) for limit in result.limits)
     conditions, case = result.design.conditions, result.case
     base = source.excitation.describe_cases(
-        None, [one.key for one in conditions.axes], case.records
+        None, [axis.key for axis in conditions.axes], case.records
     )
     base = style.CLEANED * bool(describe_clean_up(case.motion, records=case.records)) + base
     parts = [f"within {limits}"] if limits else []
@@ -139,7 +139,7 @@ def heading(result: DesignResult) -> style.Heading:
     if bounds := keys_at_bounds(result):
         keys = join_words([short_key(key, bounds) for key in bounds])
         parts.insert(0, f"at the bounds of {keys}")
-    return style.make_heading(source, words, "", "; ".join([*parts, base]))
+    return style.make_heading(source, results, "", "; ".join([*parts, base]))
 
 
 def metric_scale(result: DesignResult, name: str) -> tuple[float, str]:
@@ -151,23 +151,23 @@ def metric_scale(result: DesignResult, name: str) -> tuple[float, str]:
 
 def values_of(result: DesignResult, name: str) -> Floats:
     """Return an objective of all designs."""
-    at = result.design.minimise.index(name)
-    return np.array([one.objectives[at] for one in result.candidates])
+    index = result.design.minimise.index(name)
+    return np.array([candidate.objectives[index] for candidate in result.candidates])
 
 
-def set_key_axis(axes: Axes, one: KeyRange, which: str = "x") -> None:
+def set_key_axis(axes: Axes, vary: KeyRange, which: str = "x") -> None:
     """Set scale, limits and label of the axis of a varied key."""
-    low, high = one.value(np.array([-KEY_MARGIN, 1.0 + KEY_MARGIN])).tolist()
-    set_axis(axes, which, axis_label(one), low, high, one.is_log)
+    low, high = vary.value(np.array([-KEY_MARGIN, 1.0 + KEY_MARGIN])).tolist()
+    set_axis(axes, which, axis_label(vary), low, high, vary.is_log)
 
 
-def draw_curve(result: DesignResult, axes: Axes, one: KeyRange, alone: bool) -> None:
+def draw_curve(result: DesignResult, axes: Axes, vary: KeyRange, alone: bool) -> None:
     """Draw the objective over one key: all designs, the best, where the optimum may be."""
     name = result.design.minimise[0]
     scale, label = metric_scale(result, name)
     if alone and (surrogate := surrogate_of(result)) is not None:
         shares = np.linspace(0.0, 1.0, CURVE_POINTS)[:, None]
-        predicted, x = surrogate.at(shares), one.value(shares[:, 0])
+        predicted, x = surrogate.at(shares), vary.value(shares[:, 0])
         axes.plot(x, scale * predicted.objectives[:, 0], **CURVE_STYLE)
         outside = predicted.excess > 0.0
         if outside.any():
@@ -175,22 +175,22 @@ def draw_curve(result: DesignResult, axes: Axes, one: KeyRange, alone: bool) -> 
                 x, 0.0, 1.0, where=outside, transform=axes.get_xaxis_transform(),
                 color=EXCLUDED_COLOR, linewidth=0.0, zorder=0, label="exceeds a limit",
             )  # fmt: skip
-            for at in np.flatnonzero(np.diff(outside)):
-                axes.axvline(x[at : at + 2].mean(), **BOUNDARY_STYLE, zorder=1)
-    draw_designs(axes, result, lambda a: (a.values[one.key], scale * a.objectives[0]))
-    for region, drawn, words in regions(result):
-        low, high = region.ends[one.key]
+            for edge in np.flatnonzero(np.diff(outside)):
+                axes.axvline(x[edge : edge + 2].mean(), **BOUNDARY_STYLE, zorder=1)
+    draw_designs(axes, result, lambda a: (a.values[vary.key], scale * a.objectives[0]))
+    for region, drawn, legend in regions(result):
+        low, high = region.ends[vary.key]
         axes.axvspan(
-            one.low if low is None else low, one.high if high is None else high,
-            **drawn, label=words,
+            vary.low if low is None else low, vary.high if high is None else high,
+            **drawn, label=legend,
         )  # fmt: skip
-    mark_shown(axes, result, lambda a: (a.values[one.key], scale * a.objectives[0]))
-    set_key_axis(axes, one)
+    mark_shown(axes, result, lambda a: (a.values[vary.key], scale * a.objectives[0]))
+    set_key_axis(axes, vary)
     axes.set_ylabel(label)
-    known = scale * values_of(result, name)
-    known = known[np.isfinite(known)]
-    low, median = known.min(), float(np.median(known))
-    top = min(known.max(), median + (SHOWN_RANGE - 1.0) * abs(median))
+    values = scale * values_of(result, name)
+    values = values[np.isfinite(values)]
+    low, median = values.min(), float(np.median(values))
+    top = min(values.max(), median + (SHOWN_RANGE - 1.0) * abs(median))
     axes.set_ylim(low - 0.05 * (top - low or 1.0), top + 0.05 * (top - low or 1.0))
 
 
@@ -221,9 +221,9 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
     """Draw the objective over two keys as a map, with the inadmissible region in grey."""
     from matplotlib.ticker import MaxNLocator
 
-    one, other = result.design.vary
-    set_key_axis(axes, one)
-    set_key_axis(axes, other, "y")
+    first, second = result.design.vary
+    set_key_axis(axes, first)
+    set_key_axis(axes, second, "y")
     scale, label = metric_scale(result, result.design.minimise[0])
     if (surrogate := surrogate_of(result)) is not None:
         side = np.linspace(0.0, 1.0, MAP_POINTS)
@@ -234,7 +234,7 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
         excess = predicted.constraints.max(axis=1, initial=-1.0).reshape(shape)
         if result.best is None:
             excess[:] = -1.0  # nowhere admissible: the map shows the objective everywhere
-        x, y = one.value(side), other.value(side)
+        x, y = first.value(side), second.value(side)
         shown = values[excess <= 0.0] if (excess <= 0.0).any() else values
         levels = MaxNLocator(LEVELS).tick_values(shown.min(), np.quantile(shown, SHOWN_SHARE))
         filled = axes.contourf(x, y, values, levels=levels, extend="both", cmap="viridis")
@@ -253,13 +253,13 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
             axes.contour(x, y, excess, levels=[0.0], colors="black", linewidths=1.4)
         bar = axes.figure.colorbar(filled, ax=axes, aspect=25, pad=0.02, ticks=levels[::2])
         bar.set_label(label)
-    draw_designs(axes, result, lambda a: (a.values[one.key], a.values[other.key]))
+    draw_designs(axes, result, lambda a: (a.values[first.key], a.values[second.key]))
     if result.optimum is not None:
-        x, y = (key.value(result.optimum.points[:, i]) for i, key in enumerate((one, other)))
+        x, y = (key.value(result.optimum.points[:, i]) for i, key in enumerate((first, second)))
         axes.plot(x, y, **CLOUD_STYLE, label="optima of resampled seeds")
     given = [variant.candidate for variant in result.variants if variant.name == "as given"]
-    axes.plot(*pairs(given, one, other), **GIVEN_STYLE)
-    mark_shown(axes, result, lambda a: (a.values[one.key], a.values[other.key]))
+    axes.plot(*pairs(given, first, second), **GIVEN_STYLE)
+    mark_shown(axes, result, lambda a: (a.values[first.key], a.values[second.key]))
     axes.grid(visible=False)
 
 
@@ -270,18 +270,22 @@ def draw_designs(
     **options: Any,
 ) -> None:
     """Draw the evaluated designs that have numbers; those that exceed a limit are hollow."""
-    known = [one for one in result.candidates if one.is_known]
+    with_numbers = [candidate for candidate in result.candidates if candidate.is_known]
     for keeps, drawn in ((True, ADMISSIBLE_STYLE), (False, EXCLUDED_STYLE)):
-        points = [point_of(one) for one in known if one.is_admissible is keeps]
+        points = [
+            point_of(candidate)
+            for candidate in with_numbers
+            if candidate.is_admissible is keeps
+        ]
         if points:
             axes.plot(*zip(*points, strict=True), **{**drawn, **options})
 
 
 def pairs(
-    designs: Sequence[Candidate], one: KeyRange, other: KeyRange
+    designs: Sequence[Candidate], first: KeyRange, second: KeyRange
 ) -> tuple[list[float], list[float]]:
     """Return the values of two keys of designs."""
-    return [a.values[one.key] for a in designs], [a.values[other.key] for a in designs]
+    return [a.values[first.key] for a in designs], [a.values[second.key] for a in designs]
 
 
 def draw_front(result: DesignResult, ax: Axes | None = None) -> Figure:
@@ -296,11 +300,13 @@ def draw_front(result: DesignResult, ax: Axes | None = None) -> Figure:
         *(metric_scale(result, name) for name in result.design.minimise), strict=True
     )
     draw_designs(axes, result, lambda a: tuple(a.objectives * np.array(scales)), alpha=0.5)
-    front = np.array([one.objectives for one in result.front]).reshape(-1, 2) * scales
+    front = (
+        np.array([candidate.objectives for candidate in result.front]).reshape(-1, 2) * scales
+    )
     if len(front):
         axes.plot(*front.T, **FRONT_STYLE)
     given = [variant.candidate for variant in result.variants if variant.name == "as given"]
-    points = np.array([one.objectives for one in given]).reshape(-1, 2) * scales
+    points = np.array([candidate.objectives for candidate in given]).reshape(-1, 2) * scales
     axes.plot(*points.T, **GIVEN_STYLE)
     if len(front) > 1:
         axes.plot(*front[[0, -1]].T, **END_STYLE)
@@ -314,11 +320,11 @@ def draw_front(result: DesignResult, ax: Axes | None = None) -> Figure:
         axes.set_ylim(low[1], high[1])
     axes.set_xlabel(labels[0])
     axes.set_ylabel(labels[1])
-    for i, one in enumerate(vary):
+    for i, key_range in enumerate(vary):
         below = figure.add_subplot(grid[1 + i // columns, i % columns])
 
-        def place(found: Candidate, key: str = one.key) -> tuple[float, float]:
-            return scales[0] * found.objectives[0], found.values[key]
+        def place(candidate: Candidate, key: str = key_range.key) -> tuple[float, float]:
+            return scales[0] * candidate.objectives[0], candidate.values[key]
 
         if len(front):
             x, y = zip(*map(place, result.front), strict=True)
@@ -327,7 +333,7 @@ def draw_front(result: DesignResult, ax: Axes | None = None) -> Figure:
         else:
             draw_designs(below, result, place, alpha=0.5)
         mark_shown(below, result, place)
-        set_key_axis(below, one, "y")
+        set_key_axis(below, key_range, "y")
         below.set_xlabel(labels[0])
         set_ticks(below.xaxis)
     return figure

@@ -50,14 +50,14 @@ def draw(result: Ensemble) -> Figure:
     """Return the figure of an ensemble."""
     (seeds,), shown = result.rows.batches, list(_shown_metrics(result))
     figure, grid = style.panel_grid(len(shown), 2)
-    for at, metric in enumerate(shown):
-        found = result.statistics[metric.name]
-        assert found is not None, "only known metrics are drawn"
+    for row, metric in enumerate(shown):
+        statistic = result.statistics[metric.name]
+        assert statistic is not None, "only known metrics are drawn"
         values = seeds.metrics[metric.name]
         values = values[np.isfinite(values)] * metric.scale
-        left, right = figure.add_subplot(grid[at, 0]), figure.add_subplot(grid[at, 1])
-        last = at == len(shown) - 1
-        _draw_distribution(left, values, found, metric, last)
+        left, right = figure.add_subplot(grid[row, 0]), figure.add_subplot(grid[row, 1])
+        last = row == len(shown) - 1
+        _draw_distribution(left, values, statistic, metric, last)
         _draw_running_mean(right, values, metric, last)
         _draw_check_limits(left, right, result, values, metric)
         style.set_ticks(left.xaxis)
@@ -74,15 +74,18 @@ def _shown_metrics(result: Ensemble) -> Iterator[PlottedMetric]:
 
 
 def _draw_distribution(
-    axes: Axes, values: Floats, found: Statistic, metric: PlottedMetric, last: bool
+    axes: Axes, values: Floats, statistic: Statistic, metric: PlottedMetric, last: bool
 ) -> None:
     """Draw the empirical distribution function over the seeds."""
     style.set_title(axes, f"{metric.symbol}: cumulative distribution [%]")
     ordered, n = np.sort(values), len(values)
     marker_style: Style = {"marker": "o", "markersize": 3} if n <= MAX_MARKED_SEEDS else {}
-    mean, half_width = found.mean * metric.scale, (found.half_width or 0.0) * metric.scale
+    mean, half_width = (
+        statistic.mean * metric.scale,
+        (statistic.half_width or 0.0) * metric.scale,
+    )
     axes.axvspan(mean - half_width, mean + half_width, **INTERVAL_STYLE)
-    for value in found.quantiles:
+    for value in statistic.quantiles:
         axes.axvline(value * metric.scale, **QUANTILE_STYLE, label="5, 50, 95 % quantiles")
     axes.axvline(mean, **MEAN_STYLE)
     shares = 100.0 * (np.arange(n) + 0.5) / n
@@ -142,15 +145,15 @@ def _draw_check_limits(
 def _heading(result: Ensemble) -> style.Heading:
     """Return the heading: main results and seeds, then the scene."""
     until = stopping_rule(result.scenario)
-    found = [
+    means = [
         f"{METRICS_BY_NAME[name].label} {_format_mean(name, statistic)}"
         for name in HEADING_METRICS
         if (statistic := result.statistics[name]) is not None
     ]
     seeds = f"seeds {describe_seeds(result.seeds, until)}"
-    return style.response_heading(result.shown, f"{', '.join(found)}; {seeds}")
+    return style.response_heading(result.shown, f"{', '.join(means)}; {seeds}")
 
 
-def _format_mean(name: str, found: Statistic) -> str:
+def _format_mean(name: str, statistic: Statistic) -> str:
     """Return a mean with its confidence interval, in a unit suited to the largest value."""
-    return format_metric(name, found.mean, found.half_width, found.greatest[0])
+    return format_metric(name, statistic.mean, statistic.half_width, statistic.greatest[0])

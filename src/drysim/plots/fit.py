@@ -132,8 +132,8 @@ def draw_fit(result: FitResult) -> Figure:
     for i, channel in enumerate(channels):
         draw_channel(rows[i], result, channel, part)
         draw_residuals(rows[len(channels) + i], result, channel)
-    words = ", framed interval" if zoomed else ""
-    rows[len(channels) - 1].set_xlabel(f"time [s]{words}")
+    remark = ", framed interval" if zoomed else ""
+    rows[len(channels) - 1].set_xlabel(f"time [s]{remark}")
     rows[-1].set_xlabel("time [s]")
     for axes in rows[: len(channels) - 1] + rows[len(channels) : -1]:
         axes.tick_params(labelbottom=False)
@@ -146,7 +146,7 @@ def draw_fit(result: FitResult) -> Figure:
 def heading(result: FitResult) -> style.Heading:
     """Return the heading: values with their intervals, then how well they fit."""
     metrics, (agree, starts) = result.metrics, result.starts
-    values = "; ".join(describe_value(one, result) for one in result.parameters)
+    values = "; ".join(describe_value(parameter, result) for parameter in result.parameters)
     parts = [f"{law_words(result)}fit error {format_percent(metrics['fit_error'])}"]
     held_out = metrics["fit_error_held_out"]
     if held_out is not None:
@@ -162,16 +162,17 @@ def law_words(result: FitResult) -> str:
     if len(result.laws) < 2:
         return ""
     best, *others = result.laws
-    tied = [one.law for one in others if one.tied]
+    tied = [score.law for score in others if score.tied]
     return f"{best.law}, as good as {' and '.join(tied)}: " if tied else f"{best.law}: "
 
 
-def describe_value(one: Parameter, result: FitResult) -> str:
+def describe_value(parameter: Parameter, result: FitResult) -> str:
     """Return a fitted value with half the width of its interval."""
-    name = short_key(one.key, [each.key for each in result.parameters])
-    if one.deviation is None:
+    name = short_key(parameter.key, [each.key for each in result.parameters])
+    if parameter.deviation is None:
         return f"{name} not determined"
-    return f"{name} {format_interval(one.value, half_width(one), format_unit(one.unit))}"
+    unit = format_unit(parameter.unit)
+    return f"{name} {format_interval(parameter.value, half_width(parameter), unit)}"
 
 
 def scale_of(result: FitResult, name: str) -> Scale:
@@ -189,8 +190,8 @@ def shown_part(result: FitResult) -> slice:
     if count > LONGEST_SHARE * n:
         return slice(0, n)
     power = np.zeros(n)
-    for one in result.channels:
-        values = result.measurement.channels[one.name] - (one.offset or 0.0)
+    for channel in result.channels:
+        values = result.measurement.channels[channel.name] - (channel.offset or 0.0)
         power += (values / (float(values.std()) or 1.0)) ** 2
     sums = np.concatenate(([0.0], np.cumsum(power[: max(len(result.selected), int(count))])))
     first = int((sums[int(count) :] - sums[: len(sums) - int(count)]).argmax())
@@ -210,12 +211,12 @@ def draw_overview(axes: Axes, result: FitResult, part: slice) -> None:
     measured = scale.factor * measured_values(result, channel)
     fitted = scale.factor * result.prediction.channels[channel.name]
     if len(t) > 2 * ENVELOPE_BINS:
-        at, low, high = envelope(lambda bins: measured[bins], len(t))
-        at = t[0] + at * result.measurement.dt
-        axes.fill_between(at, low, high, color=MEASURED_STYLE["color"], linewidth=0.4)
+        times, low, high = envelope(lambda bins: measured[bins], len(t))
+        times = t[0] + times * result.measurement.dt
+        axes.fill_between(times, low, high, color=MEASURED_STYLE["color"], linewidth=0.4)
         _, low, high = envelope(lambda bins: fitted[bins], len(t))
         for line in (low, high):
-            axes.plot(at, line, color=FITTED_STYLE["color"], linewidth=0.5)
+            axes.plot(times, line, color=FITTED_STYLE["color"], linewidth=0.5)
     else:
         axes.plot(t, measured, color=MEASURED_STYLE["color"], linewidth=2.0)
         axes.plot(t, fitted, color=FITTED_STYLE["color"], linewidth=0.6)
@@ -282,10 +283,10 @@ def draw_residuals(axes: Axes, result: FitResult, channel: ChannelFit) -> None:
     shade_held_out(axes, result)
     axes.set_ylim(-1.08 * limit * noise, 1.08 * limit * noise)
     axes.set_xlim(t[0], t[-1])
-    words = f", {beyond} beyond the axis" if beyond else ""
+    remark = f", {beyond} beyond the axis" if beyond else ""
     symbol = SHORT_SYMBOLS[channel.name]
     level = format_number(noise, scale.unit, 3)
-    set_title(axes, f"residual of {symbol} [{scale.unit}], noise {level}{words}")
+    set_title(axes, f"residual of {symbol} [{scale.unit}], noise {level}{remark}")
 
 
 def axis_limit(relative: Floats) -> tuple[float, int]:
@@ -301,10 +302,10 @@ def draw_residuals_over_velocity(axes: Axes, result: FitResult) -> None:
     v_r = set_velocity_axis(axes, result)
     used = np.ones(len(v_r), dtype=bool)
     used[: len(result.selected)] = result.selected
-    relative = [result.residuals(one)[used] / one.noise for one in result.channels]
+    relative = [result.residuals(channel)[used] / channel.noise for channel in result.channels]
     limit, _ = axis_limit(np.concatenate(relative))
-    for i, one in enumerate(result.channels):
-        symbol = SHORT_SYMBOLS[one.name]
+    for i, channel in enumerate(result.channels):
+        symbol = SHORT_SYMBOLS[channel.name]
         residuals = np.clip(relative[i], -limit, limit)
         several = len(result.channels) > 1
         label = f"residual of {symbol} over vᵣ" if several else ""
@@ -330,12 +331,12 @@ def set_velocity_axis(axes: Axes, result: FitResult) -> Floats:
     return shown
 
 
-def binned_means(at: Floats, values: Floats) -> tuple[Floats, Floats]:
+def binned_means(positions: Floats, values: Floats) -> tuple[Floats, Floats]:
     """Return the middle and the mean of bins of equal width with enough samples."""
-    low, high = float(at.min()), float(at.max())
+    low, high = float(positions.min()), float(positions.max())
     if low == high:
         return np.array([]), np.array([])
-    place = np.minimum((BINS * (at - low) / (high - low)).astype(int), BINS - 1)
+    place = np.minimum((BINS * (positions - low) / (high - low)).astype(int), BINS - 1)
     count = np.bincount(place, minlength=BINS)
     enough = count >= (1.0 / MOST_BINNED_NOISE) ** 2
     mean = np.bincount(place, values, BINS)[enough] / count[enough]
@@ -351,11 +352,11 @@ def draw_force(axes: Axes, result: FitResult) -> None:
         channels, plant = result.prediction.channels, result.scenario.oscillator.plant()
         of_plant = plant.k_x * channels["x_r"] + plant.b * channels["v_r"]
         measured, fitted = measured - of_plant, fitted - of_plant
-    words = "measured force" if "F_f" in result.measurement.channels else (
+    label = "measured force" if "F_f" in result.measurement.channels else (
         "force by the measured acceleration" if "x_dd" in result.measurement.channels
         else "force by the measured motion, smoothed"
     )  # fmt: skip
-    draw_dots(axes, v_r, measured, words, **{**MEASURED_STYLE, "markersize": 2.2})
+    draw_dots(axes, v_r, measured, label, **{**MEASURED_STYLE, "markersize": 2.2})
     dark: Style = {**DOT_STYLE, "color": FITTED_STYLE["color"]}
     draw_dots(axes, v_r, fitted, "fitted force", **dark)
     set_title(axes, "friction force [N]")
@@ -367,7 +368,7 @@ def draw_force(axes: Axes, result: FitResult) -> None:
 
 def measured_force(result: FitResult) -> Floats:
     """Return the friction force at the measured instants [N], by the force balance."""
-    by_name = {one.name: one for one in result.channels}
+    by_name = {channel.name: channel for channel in result.channels}
     fitted = result.prediction.channels["F_f"]
     if "F_f" in by_name:
         return measured_values(result, by_name["F_f"])
@@ -404,45 +405,48 @@ NOTE_WIDTH = 54
 
 def draw_profiles(result: FitResult, ax: Axes | None = None) -> Figure:
     """Return the figure of the profiles: the rise of the sum of squares over each parameter."""
-    known = {one.key: one for one in result.profiles}
+    profiles = {profile.key: profile for profile in result.profiles}
     parameters = result.parameters
     drawn = [
-        one
-        for one in parameters
-        if one.key in known and (one.deviation or 0.0) > EXACT * abs(one.value)
+        parameter
+        for parameter in parameters
+        if parameter.key in profiles
+        and (parameter.deviation or 0.0) > EXACT * abs(parameter.value)
     ]
-    notes = [one for one in parameters if one not in drawn]
+    notes = [parameter for parameter in parameters if parameter not in drawn]
     columns = min(len(parameters), PROFILE_COLUMNS)
     upper, lower = ceil(len(drawn) / columns), ceil(len(notes) / columns)
     heights = [PROFILE_HEIGHT] * upper + [NOTE_HEIGHT] * lower
     figure, grid = style.panel_grid(
         upper + lower, columns, sum(heights), ax, height_ratios=heights
     )
-    for i, one in enumerate(drawn):
+    for i, parameter in enumerate(drawn):
         axes = ax or figure.add_subplot(grid[i // columns, i % columns])
-        draw_profile(axes, one, known[one.key], i % columns == 0)
-    for i, one in enumerate(notes):
+        draw_profile(axes, parameter, profiles[parameter.key], i % columns == 0)
+    for i, parameter in enumerate(notes):
         axes = ax or figure.add_subplot(grid[upper + i // columns, i % columns])
         exact = "exact to rounding: the record has no noise"
         unknown = (
-            f"not determined: {one.note}"
-            if one.note
-            else f"95 %: {format_profile_interval(one, 1, format_unit(one.unit))}"
+            f"not determined: {parameter.note}"
+            if parameter.note
+            else f"95 %: {format_profile_interval(parameter, 1, format_unit(parameter.unit))}"
         )
-        draw_note(axes, exact if one.deviation else unknown)
+        draw_note(axes, exact if parameter.deviation else unknown)
     panels = figure.axes if ax is None else [ax]
-    for axes, one in zip(panels, (*drawn, *notes), strict=True):
-        value = format_interval(one.value, half_width(one), format_unit(one.unit))
-        set_title(axes, f"{one.key} {value}")
+    for axes, parameter in zip(panels, (*drawn, *notes), strict=True):
+        value = format_interval(
+            parameter.value, half_width(parameter), format_unit(parameter.unit)
+        )
+        set_title(axes, f"{parameter.key} {value}")
     style.finish_figure(figure, heading(result), ax=ax)
     return figure
 
 
-def half_width(one: Parameter) -> float | None:
+def half_width(parameter: Parameter) -> float | None:
     """Return half the width of the interval by the profile, or None if an end is open."""
-    if one.profile_low is None or one.profile_high is None:
+    if parameter.profile_low is None or parameter.profile_high is None:
         return None
-    return 0.5 * (one.profile_high - one.profile_low)
+    return 0.5 * (parameter.profile_high - parameter.profile_low)
 
 
 def draw_note(axes: Axes, note: str) -> None:
@@ -454,26 +458,30 @@ def draw_note(axes: Axes, note: str) -> None:
     axes.text(0.0, 0.95, text, size=9, va="top", transform=axes.transAxes)
 
 
-def draw_profile(axes: Axes, one: Parameter, profile: Profile, first: bool) -> None:
+def draw_profile(axes: Axes, parameter: Parameter, profile: Profile, first: bool) -> None:
     """Draw the rise of the sum of squares over one parameter, and its prediction."""
-    deviation = one.deviation or 0.0
+    deviation = parameter.deviation or 0.0
     half = NORMAL_95 * deviation
     low, high = (
-        one.value + sign * half if end is None else end
-        for sign, end in ((-1.0, one.profile_low), (1.0, one.profile_high))
+        parameter.value + sign * half if end is None else end
+        for sign, end in ((-1.0, parameter.profile_low), (1.0, parameter.profile_high))
     )
     room = PROFILE_MARGIN * max(0.5 * (high - low), 1e-300)
-    left, right = min(low, one.value - half) - room, max(high, one.value + half) + room
+    left, right = (
+        min(low, parameter.value - half) - room,
+        max(high, parameter.value + half) + room,
+    )
     x = np.linspace(left, right, 400)
     axes.axvspan(
-        left if one.profile_low is None else low, right if one.profile_high is None else high,
+        left if parameter.profile_low is None else low,
+        right if parameter.profile_high is None else high,
         **INTERVAL_STYLE, label="95 % interval by the profile",
     )  # fmt: skip
     axes.plot(
-        x, ((x - one.value) / deviation) ** 2, **LINEAR_STYLE,
+        x, ((x - parameter.value) / deviation) ** 2, **LINEAR_STYLE,
         label="parabola of the linear interval", zorder=2.2,
     )  # fmt: skip
-    axes.plot(*profile_curve(one, profile, x), **MASS_STYLE, label="profile")
+    axes.plot(*profile_curve(parameter, profile, x), **MASS_STYLE, label="profile")
     axes.plot(
         profile.values, profile.rise, color=MASS_STYLE["color"], linestyle="none", marker="o",
         markersize=5, label="fit with this value fixed",
@@ -483,15 +491,16 @@ def draw_profile(axes: Axes, one: Parameter, profile: Profile, first: bool) -> N
     least = float(profile.rise.min())  # below 0 where fits with another value are better
     axes.set_ylim(max(1.1 * least, -HIGHEST_RISE) - 0.25, HIGHEST_RISE)
     axes.set_xlabel(
-        f"95 %: {format_profile_interval(one, 1, format_unit(one.unit))}", loc="left"
+        f"95 %: {format_profile_interval(parameter, 1, format_unit(parameter.unit))}",
+        loc="left",
     )
     axes.locator_params(axis="x", nbins=5)
     if first:
         axes.set_ylabel("rise / noise variance [–]")
 
 
-def profile_curve(one: Parameter, profile: Profile, x: Floats) -> tuple[Floats, Floats]:
+def profile_curve(parameter: Parameter, profile: Profile, x: Floats) -> tuple[Floats, Floats]:
     """Return the profile between its points: its root, which is nearly linear, interpolated."""
-    root = np.sign(profile.values - one.value) * np.sqrt(np.maximum(profile.rise, 0.0))
+    root = np.sign(profile.values - parameter.value) * np.sqrt(np.maximum(profile.rise, 0.0))
     inside = x[(x >= profile.values.min()) & (x <= profile.values.max())]
     return inside, np.interp(inside, profile.values, root) ** 2

@@ -75,8 +75,8 @@ def draw(result: RegimeMap, ax: Axes | None = None) -> Figure:
     """Return the figure of a regime map."""
     figure, grid = style.panel_grid(1, 1, PANEL_HEIGHT, ax)
     axes = ax or figure.add_subplot(grid[0, 0])
-    for which, one in zip("xy", result.axes, strict=True):
-        set_axis(axes, which, axis_label(one), one.low, one.high, one.is_log)
+    for which, axis in zip("xy", result.axes, strict=True):
+        set_axis(axes, which, axis_label(axis), axis.low, axis.high, axis.is_log)
     tint(axes, result)
     hatch(axes, result)
     for line in sorted(result.boundaries, key=lambda line: line.field != REGIME):
@@ -95,39 +95,39 @@ def draw(result: RegimeMap, ax: Axes | None = None) -> Figure:
 def name_rates(axes: Axes, result: RegimeMap) -> None:
     """Write the rate into each counted line and at the end of each line of Rice's formula."""
     for line in result.boundaries:
-        words, color = f"{level_between(line.labels):g}/s", LINE_STYLES[line.field]["color"]
+        label, color = f"{level_between(line.labels):g}/s", LINE_STYLES[line.field]["color"]
         if line.field == REGIME:
             x, y = line.points[len(line.points) // 2].tolist()
             axes.text(
-                x, y, words, ha="center", va="center",
+                x, y, label, ha="center", va="center",
                 fontsize=LABEL_SIZE, color=color, zorder=5,
                 bbox={"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none"},
             )  # fmt: skip
         else:
             end = max(line.points[[0, -1]].tolist())
             axes.annotate(
-                words, xy=end, xytext=(4, 4), textcoords="offset points",
+                label, xy=end, xytext=(4, 4), textcoords="offset points",
                 fontsize=LABEL_SIZE, color=color, annotation_clip=False,
             )  # fmt: skip
     drawn = {line.field for line in result.boundaries}
-    for field, words in ((REGIME, "break-aways, counted"), (RICE, "by Rice's formula")):
+    for field, label in ((REGIME, "break-aways, counted"), (RICE, "by Rice's formula")):
         if field in drawn:
-            axes.plot([], [], label=words, **LINE_STYLES[field])
+            axes.plot([], [], label=label, **LINE_STYLES[field])
 
 
 def heading(result: RegimeMap) -> style.Heading:
     """Return the heading: what the scenario does, where that changes, and what is fixed."""
-    words = "regimes of the steady motion"
+    title = "regimes of the steady motion"
     if RICE in result.labels:
-        words = "break-aways from sticking, counted and by Rice's formula"
+        title = "break-aways from sticking, counted and by Rice's formula"
     if result.place.labels:
-        words = f"this scenario: {next(result.describe_place())}"
+        title = f"this scenario: {next(result.describe_place())}"
     if (nearest := result.place.nearest) is not None:
-        words = f"{words}; with {nearest}"
+        title = f"{title}; with {nearest}"
     scenario, keys = result.scenario, [axis.key for axis in result.axes]
     base = scenario.excitation.describe_cases(None, keys)
     fixed = "; ".join(text for _, text in describe_fixed(result.case, keys))
-    return style.make_heading(scenario, words, fixed, base)
+    return style.make_heading(scenario, title, fixed, base)
 
 
 def tint_of(label: int) -> str:
@@ -166,7 +166,7 @@ def hatch(axes: Axes, result: RegimeMap) -> None:
     if SEVERAL not in result.labels or not (result.labels[SEVERAL] == 1).any():
         return
     x, y = result.nodes
-    found = axes.contourf(
+    filling = axes.contourf(
         x,
         y,
         result.labels[SEVERAL],
@@ -175,8 +175,8 @@ def hatch(axes: Axes, result: RegimeMap) -> None:
         hatches=["///"],
         zorder=1,
     )
-    found.set_edgecolor("#b9a3cf")
-    found.set_linewidth(0.0)
+    filling.set_edgecolor("#b9a3cf")
+    filling.set_linewidth(0.0)
 
 
 # Labels of the regions.
@@ -191,17 +191,17 @@ def write_labels(axes: Axes, result: RegimeMap) -> None:
         for label in result.shares
     ]
     regions += [
-        (result.labels[field] == 1, words, "none", LINE_STYLES[field]["color"])
-        for field, words in FIELD_LABELS.items()
+        (result.labels[field] == 1, label, "none", LINE_STYLES[field]["color"])
+        for field, label in FIELD_LABELS.items()
         if field in result.labels and (result.labels[field] == 1).any()
     ]
     outside = []
-    for region, words, background, color in regions:
-        wide, high = len(words) * LETTER_SHARE * columns, LINE_SHARE * rows
+    for region, label, background, color in regions:
+        wide, high = len(label) * LETTER_SHARE * columns, LINE_SHARE * rows
         room, row, column = widest_place(region & free, wide / high)
         if room >= ROOM * high:
             axes.text(
-                *node(result, row, column), words, ha="center", va="center",
+                *node(result, row, column), label, ha="center", va="center",
                 fontsize=LABEL_SIZE, color=color, zorder=5,
                 bbox={"boxstyle": "round,pad=0.1", "facecolor": background,
                       "edgecolor": "none", "alpha": 0.85},
@@ -209,7 +209,7 @@ def write_labels(axes: Axes, result: RegimeMap) -> None:
             free[box(row, column, wide, 1.5 * high)] = False
         else:
             _, row, column = widest_place(region, 1.0)
-            outside.append((row / (rows - 1), node(result, row, column), words, color))
+            outside.append((row / (rows - 1), node(result, row, column), label, color))
     write_outside(axes, outside[:MAX_OUTSIDE])
 
 
@@ -260,10 +260,10 @@ def write_outside(
 ) -> None:
     """Write labels beside the map, from top to bottom, each with a line to its region."""
     height = 1.0
-    for share, at, words, color in sorted(several, reverse=True):
+    for share, point, label, color in sorted(several, reverse=True):
         height = min(height - OUTSIDE_STEP, share)
         axes.annotate(
-            words, xy=at, xytext=(1.02, height), textcoords="axes fraction",
+            label, xy=point, xytext=(1.02, height), textcoords="axes fraction",
             fontsize=LABEL_SIZE - 0.5, color=color, va="center", annotation_clip=False,
             arrowprops={"arrowstyle": "-", "color": "#777777", "linewidth": 0.6,
                         "shrinkA": 0.0, "shrinkB": 0.0},

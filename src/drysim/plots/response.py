@@ -212,11 +212,11 @@ def _is_dense(series: Floats) -> bool:
 
     Turning points smaller than a visible level, such as rounding on a constant, do not count.
     """
-    known = series[np.isfinite(series)]
-    scale = float(np.ptp(known)) if len(known) else 0.0
+    finite = series[np.isfinite(series)]
+    scale = float(np.ptp(finite)) if len(finite) else 0.0
     if not scale:
         return False
-    steps = np.diff(np.round(VISIBLE_LEVELS * (known - known.min()) / scale))
+    steps = np.diff(np.round(VISIBLE_LEVELS * (finite - finite.min()) / scale))
     reversals = int(np.count_nonzero(np.diff(np.signbit(steps[steps != 0]))))
     return reversals > DENSE_TURNING_POINTS
 
@@ -234,8 +234,8 @@ def draw_bands(above: Axes, below: Axes, motion: Response, unit: LengthUnit) -> 
     )
     widths, peaks = [], []
     for axes, series, color in filled:
-        at, low, high = envelope(series, len(motion))
-        axes.fill_between(at * motion.dt, low, high, color=color, linewidth=0.6)
+        centre, low, high = envelope(series, len(motion))
+        axes.fill_between(centre * motion.dt, low, high, color=color, linewidth=0.6)
         widths.append(np.mean(high - low))
         peaks.append(max(-low.min(), high.max()))
     _cut_off_base(above, widths[0], widths[1], peaks[1])
@@ -328,21 +328,21 @@ def stop_impacts(response: Response) -> list[tuple[float, float]]:
 
 def excursions(response: Response, limits: StrokeLimits) -> list[tuple[float, float]]:
     """Return time [s] and x_r [m] of the maximum of every excursion beyond a limit."""
-    found: list[tuple[float, float]] = []
+    peaks: list[tuple[float, float]] = []
     continues = False
     for part in response.parts():
         x_r = response.points(part).x_r
         size = np.abs(x_r)
         beyond = limits.side(x_r) != 0.0
         for a, b in runs(beyond):
-            at = a + int(size[a:b].argmax())
-            peak = (part.start + at) * response.dt, float(x_r[at])
+            index = a + int(size[a:b].argmax())
+            peak = (part.start + index) * response.dt, float(x_r[index])
             if not (continues and a == 0):
-                found.append(peak)
-            elif size[at] > abs(found[-1][1]):
-                found[-1] = peak
+                peaks.append(peak)
+            elif size[index] > abs(peaks[-1][1]):
+                peaks[-1] = peak
         continues = bool(beyond[-1])
-    return found
+    return peaks
 
 
 def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> None:
@@ -366,10 +366,10 @@ def draw_loop(axes: Axes, shown: Curve, motion: Response, unit: LengthUnit) -> N
     if not has_varying_load(motion.law):
         # A contact that never sticks and has equal limits has no static limit.
         static = motion.law.can_stick or motion.law.F_fs > motion.law.F_fk
-        words = "static limit" if static else "friction limit"
+        label = "static limit" if static else "friction limit"
         limits = motion.law.F_fs, (motion.law.compression or (0.0, motion.law.F_fs))[1]
         for side, F_fs in zip((1, -1), limits, strict=True):
-            axes.axhline(side * F_fs, **STATIC_LIMIT_STYLE, label=words)
+            axes.axhline(side * F_fs, **STATIC_LIMIT_STYLE, label=label)
 
 
 def draw_friction_over_velocity(axes: Axes, shown: Curve, motion: Response) -> None:
@@ -538,9 +538,9 @@ def _event_sides_at_stops(response: Response, begin: float, end: float) -> tuple
     t = trajectory.events.t[1:]
     t = t[(t >= begin) & (t <= end)]
 
-    def side(at: Floats) -> Curve:
-        x_r, v_r, _, x_dd, F_f, *_ = trajectory.at(at)
-        return Curve(t, acceleration_at(response.motion, at), x_dd, x_r, v_r, F_f)
+    def side(t_side: Floats) -> Curve:
+        x_r, v_r, _, x_dd, F_f, *_ = trajectory.at(t_side)
+        return Curve(t, acceleration_at(response.motion, t_side), x_dd, x_r, v_r, F_f)
 
     return side(np.nextafter(t, 0.0)), side(t)
 
@@ -565,23 +565,23 @@ def envelope(series: Callable[[slice], Floats], length: int) -> tuple[Floats, Fl
     edges = np.linspace(0, length, ENVELOPE_BINS + 1).astype(np.int64)
     low, high = np.empty(ENVELOPE_BINS), np.empty(ENVELOPE_BINS)
     step = max(ENVELOPE_BINS * BLOCK_SIZE // length, 1)
-    for at in range(0, ENVELOPE_BINS, step):
-        begin, *inner, end = edges[at : at + step + 1].tolist()
+    for start in range(0, ENVELOPE_BINS, step):
+        begin, *inner, end = edges[start : start + step + 1].tolist()
         values, starts = series(slice(begin, end)), [0, *(edge - begin for edge in inner)]
-        np.minimum.reduceat(values, starts, out=low[at : at + step])
-        np.maximum.reduceat(values, starts, out=high[at : at + step])
+        np.minimum.reduceat(values, starts, out=low[start : start + step])
+        np.maximum.reduceat(values, starts, out=high[start : start + step])
     return (edges[:-1] + edges[1:]) / 2, low, high
 
 
 def largest_magnitude(response: Response, name: str, begin: int = 0) -> Peak:
     """Return the largest magnitude of ü or of a series of `Points` from a grid point on."""
-    found = Peak(-1.0, begin)
+    largest = Peak(-1.0, begin)
     for part in response.parts():
         of = response.base(part) if name == "u_dd" else getattr(response.points(part), name)
         values = np.abs(of[max(begin - part.start, 0) :])
-        if len(values) and values.max() > found.value:
-            found = Peak(float(values.max()), part.stop - len(values) + int(values.argmax()))
-    return found
+        if len(values) and values.max() > largest.value:
+            largest = Peak(float(values.max()), part.stop - len(values) + int(values.argmax()))
+    return largest
 
 
 def zoom_slice(response: Response, begin: float) -> slice:

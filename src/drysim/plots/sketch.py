@@ -82,8 +82,8 @@ def draw(scenario: Scenario | None = None, varied: Collection[str] = ()) -> Figu
     axes.add_patch(Rectangle((first - 1.2, 0.7), long + 0.8, 0.35, facecolor="#8a8a8a", **EDGE))
     rests = scenario is not None and scenario.excitation.kind == "rest"
     axes.text(middle, 0.32, "base at rest" if rests else "moving base", size=11, **CENTRED)
-    for at, (draw_part, label) in enumerate(parts):
-        draw_part(axes, first + layout.spacing * (at + (count - len(parts)) / 2), label)
+    for place, (draw_part, label) in enumerate(parts):
+        draw_part(axes, first + layout.spacing * (place + (count - len(parts)) / 2), label)
     for symbol, foot in (("x", 4.65), ("u", 0.88))[: 1 if rests else 2]:
         axes.plot([right + 1.3, right + 1.9], [foot, foot], color="black", linewidth=1)
         tip = right + 1.6, foot + 0.95
@@ -156,7 +156,7 @@ def _is_varied(key: str, scenario: Scenario, varied: Collection[str]) -> bool:
 
 def _names(keys: Collection[str], varied: Collection[str]) -> bool:
     """Whether some of the keys of the oscillator vary, or parts of them."""
-    return any(f"{one}.".startswith(f"oscillator.{key}.") for one in varied for key in keys)
+    return any(f"{name}.".startswith(f"oscillator.{key}.") for name in varied for key in keys)
 
 
 def _friction_label(law: AnyLaw, varied: Collection[str]) -> str:

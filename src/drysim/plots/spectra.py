@@ -35,13 +35,13 @@ VISCOUS_STYLE: Style = {"color": "#444444", "linewidth": 1.2, "linestyle": (0, (
 
 def draw_bands(outcome: Outcome, ax: Axes | None = None) -> Figure | None:
     """Return the figure of the RMS values in bands, None if they were not requested."""
-    found = None if outcome.spectra is None else outcome.spectra.bands
-    if found is None:
+    bands = None if outcome.spectra is None else outcome.spectra.bands
+    if bands is None:
         return None
     weights = outcome.scenario.measure.weights
-    pairs = [("RMS acceleration", found.a_u, found.a_x)]
-    if weights is not None and found.a_wu is not None and found.a_w is not None:
-        pairs.append((f"weighted {weights[0]}, k {weights[1]:g}", found.a_wu, found.a_w))
+    pairs = [("RMS acceleration", bands.a_u, bands.a_x)]
+    if weights is not None and bands.a_wu is not None and bands.a_w is not None:
+        pairs.append((f"weighted {weights[0]}, k {weights[1]:g}", bands.a_wu, bands.a_w))
     figure, grid = style.panel_grid(1, len(pairs), ax=ax)
     numbers, axes = np.arange(len(BANDS)), None
     for i, (what, base, mass) in enumerate(pairs):
@@ -58,15 +58,15 @@ def draw_bands(outcome: Outcome, ax: Axes | None = None) -> Figure | None:
 
 def draw(outcome: Outcome) -> Figure | None:
     """Return the figure of the spectra of an outcome, None if they were not requested."""
-    found = outcome.spectra
-    if found is None:
+    spectra = outcome.spectra
+    if spectra is None:
         return None
-    excited = _excited_lines(found.G_u)
+    excited = _excited_lines(spectra.G_u)
     figure, grid = style.panel_grid(2, 2)
-    _draw_psd(figure.add_subplot(grid[:, 0]), found)
+    _draw_psd(figure.add_subplot(grid[:, 0]), spectra)
     above, below = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
-    _draw_transmissibility(above, found, excited, outcome)
-    _draw_coherence(below, found, excited)
+    _draw_transmissibility(above, spectra, excited, outcome)
+    _draw_coherence(below, spectra, excited)
     for axes in figure.axes:
         axes.set_xscale("log")
         if axes is above:
@@ -74,12 +74,12 @@ def draw(outcome: Outcome) -> Figure | None:
         else:
             axes.set_xlabel("frequency [Hz]")
         if excited.any():
-            low, high = found.f[0], 2.0 * found.f[excited][-1]
+            low, high = spectra.f[0], 2.0 * spectra.f[excited][-1]
             axes.set_xlim(low, high)
         style.set_ticks(axes.xaxis)
     heading = style.response_heading(outcome)
-    averages = wording.format_count(found.segments, "segment")
-    method = f"Welch, {averages} of {found.segment:.3g} s, Hann, 50 % overlap"
+    averages = wording.format_count(spectra.segments, "segment")
+    method = f"Welch, {averages} of {spectra.segment:.3g} s, Hann, 50 % overlap"
     least = wording.format_percent(MIN_POWER_SHARE)
     cut = f"; H1 where the base PSD is at least {least} of its peak"
     caption = f"spectra: {method}{'' if excited.all() else cut}"
@@ -99,12 +99,12 @@ def _excited_lines(G_u: NDArray[np.float64]) -> NDArray[np.bool_]:
     return inside
 
 
-def _draw_psd(axes: Axes, found: Spectra) -> None:
+def _draw_psd(axes: Axes, spectra: Spectra) -> None:
     """Draw the PSD of base and mass."""
     set_title(axes, "PSD of acceleration [(m/s²)²/Hz]")
-    axes.plot(found.f, found.G_x, **mass_style(found.G_x), label="mass ẍ")
-    axes.plot(found.f, found.G_u, **BASE_STYLE, label="base ü")
-    peak = max(found.G_u.max(initial=0.0), found.G_x.max(initial=0.0))
+    axes.plot(spectra.f, spectra.G_x, **mass_style(spectra.G_x), label="mass ẍ")
+    axes.plot(spectra.f, spectra.G_u, **BASE_STYLE, label="base ü")
+    peak = max(spectra.G_u.max(initial=0.0), spectra.G_x.max(initial=0.0))
     if peak > 0:
         axes.set_yscale("log")
         axes.set_ylim(PSD_RANGE * peak, 3.0 * peak)
@@ -112,15 +112,15 @@ def _draw_psd(axes: Axes, found: Spectra) -> None:
 
 
 def _draw_transmissibility(
-    axes: Axes, found: Spectra, excited: NDArray[np.bool_], outcome: Outcome
+    axes: Axes, spectra: Spectra, excited: NDArray[np.bool_], outcome: Outcome
 ) -> None:
     """Draw H1 at the excited lines, and T_a of the frictionless oscillator."""
     set_title(axes, "transmissibility H1 [–]")
-    H1 = np.where(excited, np.abs(found.H1), np.nan)
+    H1 = np.where(excited, np.abs(spectra.H1), np.nan)
     mark = "." if np.count_nonzero(excited) < MARKED_POINTS else ""
-    axes.plot(found.f, H1, **mass_style(H1), marker=mark, label="H1")
-    viscous = viscous_transmissibility(outcome.response.plant, found.f)
-    axes.plot(found.f, viscous, **VISCOUS_STYLE, label="Tₐ without friction")
+    axes.plot(spectra.f, H1, **mass_style(H1), marker=mark, label="H1")
+    viscous = viscous_transmissibility(outcome.response.plant, spectra.f)
+    axes.plot(spectra.f, viscous, **VISCOUS_STYLE, label="Tₐ without friction")
     axes.set_yscale("log")
     shown = viscous[excited & np.isfinite(viscous) & (viscous > 0)]
     values = np.concatenate((shown, H1[excited & np.isfinite(H1)], [1.0]))
@@ -130,10 +130,10 @@ def _draw_transmissibility(
     style.set_ticks(axes.yaxis)
 
 
-def _draw_coherence(axes: Axes, found: Spectra, excited: NDArray[np.bool_]) -> None:
+def _draw_coherence(axes: Axes, spectra: Spectra, excited: NDArray[np.bool_]) -> None:
     """Draw the coherence at the excited lines."""
     set_title(axes, "coherence [–]")
     mark = "." if np.count_nonzero(excited) < MARKED_POINTS else ""
-    coherence = np.where(excited, found.coherence, np.nan)
-    axes.plot(found.f, coherence, **mass_style(coherence), marker=mark)
+    coherence = np.where(excited, spectra.coherence, np.nan)
+    axes.plot(spectra.f, coherence, **mass_style(coherence), marker=mark)
     axes.set_ylim(0.0, 1.0)

@@ -70,10 +70,10 @@ def draw(bench: Bench) -> Figure:
     figure, grid = style.panel_grid(len(bench.cases), 2)
     alone = len(bench.cases) == 1
     for row, panel in enumerate(bench.cases):
-        for column, (words, error) in enumerate(ERRORS):
+        for column, (quantity, error) in enumerate(ERRORS):
             axes = figure.add_subplot(grid[row, column])
             _draw_panel(axes, panel, error)
-            style.set_title(axes, words if alone else f"{panel.scenario.name}: {words}")
+            style.set_title(axes, quantity if alone else f"{panel.scenario.name}: {quantity}")
     title = bench.cases[0].scenario.name if alone else "speed against error"
     style.finish_figure(figure, style.Heading(style.fit_title(title), (CAPTION,)))
     return figure
@@ -85,13 +85,13 @@ def _draw_panel(axes: Axes, panel: BenchCase, error: Callable[[Score], float | N
     style.label_decades(axes.xaxis)
     style.label_decades(axes.yaxis)
     points: list[tuple[float, float]] = []
-    errors = [value for one in panel.scores if (value := error(one)) and isfinite(value)]
+    errors = [value for score in panel.scores if (value := error(score)) and isfinite(value)]
     floor = max(EXACT_OFFSET * min(errors, default=1.0), MIN_ERROR)
     for scores, line_style in group_by_style(panel.scores):
         shown = sorted(
-            (one.time, floor if value is None else max(value, MIN_ERROR))
-            for one in scores
-            if one.time and ((value := error(one)) is None) is _is_exact(one)
+            (score.time, floor if value is None else max(value, MIN_ERROR))
+            for score in scores
+            if score.time and ((value := error(score)) is None) is _is_exact(score)
             if value is None or isfinite(value)
         )
         if shown:
@@ -130,10 +130,10 @@ def _draw_pareto_front(axes: Axes, points: Sequence[tuple[float, float]]) -> Non
 def group_by_style(scores: Sequence[Score]) -> Iterator[tuple[list[Score], Style]]:
     """Group the scores by line: equal but for step, sharpness and tolerance."""
     grouped: dict[tuple[str, ...], list[Score]] = {}
-    for one in scores:
-        word, _, rest = one.setting.partition(", ")
-        group = (one.approach, *((word, rest.partition(", ")[2]) if one.by_drysim else ()))
-        grouped.setdefault(group, []).append(one)
+    for score in scores:
+        word, _, rest = score.setting.partition(", ")
+        group = (score.approach, *((word, rest.partition(", ")[2]) if score.by_drysim else ()))
+        grouped.setdefault(group, []).append(score)
     peers = [group for group, members in grouped.items() if not members[0].by_drysim]
     for group, members in grouped.items():
         if members[0].by_drysim:

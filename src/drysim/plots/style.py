@@ -263,11 +263,11 @@ def finish_figure(
 
 def legend_entries(panels: Iterable[Axes]) -> dict[str, Any]:
     """Return the handle of every label in the panels, without duplicates."""
-    known: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            known.setdefault(label, handle)
-    return known
+            entries.setdefault(label, handle)
+    return entries
 
 
 def _legend_columns(widths: Sequence[float]) -> int:
@@ -323,16 +323,16 @@ def axis_label(axis: Axis | KeyRange) -> str:
         return AXIS_LABELS[axis.key]
     symbol = SYMBOLS.get(axis.key)
     name = axis.key.rpartition(".")[2].replace("_", " ")
-    words = f"{name} {symbol}" if symbol else axis.key
-    return f"{words} [{wording.format_unit(axis.unit) or '–'}]"
+    label = f"{name} {symbol}" if symbol else axis.key
+    return f"{label} [{wording.format_unit(axis.unit) or '–'}]"
 
 
-def set_title(axes: Axes, words: str, pad: float = 6.0) -> None:
+def set_title(axes: Axes, title: str, pad: float = 6.0) -> None:
     """Set the title of a panel at its left end; a common power of ten is at the right.
 
     A fixed position spares matplotlib the search for one.
     """
-    axes.set_title(words, loc="left", pad=pad, y=1.0)
+    axes.set_title(title, loc="left", pad=pad, y=1.0)
     axes.yaxis.set_offset_position("right")
 
 
@@ -383,7 +383,7 @@ def set_ticks(axis: Any) -> None:
     for locator in locators:
         axis.set_major_locator(locator)
         shown = [tick_label(x) for x in locator.tick_values(low, high) if low <= x <= high]
-        if sum(len(words) + 2 for words in shown) <= room:
+        if sum(len(label) + 2 for label in shown) <= room:
             break
     axis.set_major_formatter(lambda x, _: tick_label(x))
 
@@ -418,13 +418,13 @@ class PlottedMetric(NamedTuple):
 
     def of(self, row: Row) -> float | None:
         """Return the displayed value of a row, or None where it is unknown."""
-        found = row.metrics.get(self.name) if row.status == OK else None
-        return None if found is None else found * self.scale
+        value = row.metrics.get(self.name) if row.status == OK else None
+        return None if value is None else value * self.scale
 
     def half_width(self, row: Row) -> float | None:
         """Return the half width of a mean's confidence interval, or None without one."""
-        found = row.half_widths.get(self.name)
-        return None if found is None else found * self.scale
+        half_width = row.half_widths.get(self.name)
+        return None if half_width is None else half_width * self.scale
 
     @property
     def full_title(self) -> str:
@@ -529,18 +529,18 @@ def table_heading(
     """
     scenario = table.scenario
     varied = [axis.key for axis in table.axes]
-    own = table.own_tally
-    peak = own.greatest(PEAK_STROKE) if own else None
+    tally = table.own_tally
+    peak = tally.greatest(PEAK_STROKE) if tally else None
     notes = [f"{left_out} {what} not drawn"] if left_out else []
-    if own and (found := own.seeds):
-        least = "" if found.least == found.most else f"{found.least} to "
-        notes.append(f"means over {least}{found.most} seeds")
+    if tally and (seeds := tally.seeds):
+        least = "" if seeds.least == seeds.most else f"{seeds.least} to "
+        notes.append(f"means over {least}{seeds.most} seeds")
     unmet = [best for _, best in table.answers if best.row is None]
     notes += [best.describe(table.axes) for best in unmet[:1]]
     if of_stroke and (limit := _stroke_limit(table, peak)):
         notes.append(limit)
-    ranges = results or (format_metric_ranges(own.ends) if own else "")
-    shared = own.shared if own else ALL_SHARED
+    ranges = results or (format_metric_ranges(tally.ends) if tally else "")
+    shared = tally.shared if tally else ALL_SHARED
     plant, law = scenario.oscillator.plant(), scenario.law()
     scene = describe_scene(scenario, plant, law, varied, shared, peak, False)
     groups = (" with ".join(map(describe_axis, group)) for group in axis_groups(table.axes))
@@ -578,10 +578,10 @@ def write_heading(figure: Figure, heading: Heading) -> None:
     total_height = figure.get_figheight()
     place: dict[str, Any] = {"va": "top", "x": 0.02}
     figure.text(y=1 - 0.12 / total_height, s=heading.title, **TITLE_FONT, **place)
-    at = 0.42
+    offset = 0.42
     for line in heading.lines:
-        figure.text(y=1 - at / total_height, s=line, size=HEADING_SIZE, **place)
-        at += HEADING_LINE_HEIGHT
+        figure.text(y=1 - offset / total_height, s=line, size=HEADING_SIZE, **place)
+        offset += HEADING_LINE_HEIGHT
 
 
 def fit_title(name: str) -> str:
@@ -598,9 +598,9 @@ def _stroke_limit(table: Table, peak: float | None) -> str:
     return "" if swept else f"stroke limit {describe_limits(stroke.limits, peak)}"
 
 
-def _join_scene(words: Iterable[tuple[str, str]]) -> str:
+def _join_scene(scene: Iterable[tuple[str, str]]) -> str:
     """Join the parts of a scene to one line."""
-    return "; ".join(f"{label} {text}" if label == END_STOPS else text for label, text in words)
+    return "; ".join(f"{label} {text}" if label == END_STOPS else text for label, text in scene)
 
 
 def _main_results(outcome: Outcome) -> str:

@@ -109,12 +109,12 @@ def draw_transmissibility(table: Table, ax: Axes | None = None) -> Figure:
     SEAT is added where the vibration is weighted, or a_w where SEAT is not known.
     """
     ends = table.tallies[table.approaches[0]].ends if table.rows else {}
-    metrics = [T_X, T_A, *[one for one in (SEAT, A_W) if one.name in ends][:1]]
+    metrics = [T_X, T_A, *[metric for metric in (SEAT, A_W) if metric.name in ends][:1]]
     if needs_quantiles(table):
         return draw_quantiles(table, metrics, ax)
     view = sweep_view(table)
-    known = [one for one in metrics if any(True for _ in known_values(view, one.of))]
-    return draw_panels(table, view, known or [T_A], ax)
+    drawn = [metric for metric in metrics if any(True for _ in finite_values(view, metric.of))]
+    return draw_panels(table, view, drawn or [T_A], ax)
 
 
 def draw_stroke(table: Table, ax: Axes | None = None) -> Figure | None:
@@ -158,7 +158,7 @@ def _draw_limit(
     if table.scenario.stroke is None:
         return
     name = limit_name(table.scenario)
-    max_level = response.MAX_LIMIT_RATIO * max(known_values(view, metric.of), default=0.0)
+    max_level = response.MAX_LIMIT_RATIO * max(finite_values(view, metric.of), default=0.0)
 
     def limit(row: Row) -> float:
         return metric.scale * min(stroke_limits(table.scenario, row.point) or (0.0,))
@@ -168,17 +168,17 @@ def _draw_limit(
     every = set().union(*levels)
     if len(every) == 1:
         (level,) = every
-        words = f"{name} {wording.format_number(level, metric.unit)}"
-        _draw_level(axes, level, max_level, response.LIMIT_STYLE, words)
-    elif any(len(own) > 1 for own in levels):
+        label = f"{name} {wording.format_number(level, metric.unit)}"
+        _draw_level(axes, level, max_level, response.LIMIT_STYLE, label)
+    elif any(len(limits) > 1 for limits in levels):
         # The curve leaves the panel at its top instead of raising it above `max_level`.
         top = max(axes.dataLim.y1, max_level)
         axes.plot(*curves[0], **response.LIMIT_STYLE, label=name)
         axes.dataLim.y1 = min(axes.dataLim.y1, top)
     elif len(levels) <= MAX_STYLED_LINES:
-        for curve_styles, own in zip(line_styles(view), levels, strict=True):
+        for curve_styles, limits in zip(line_styles(view), levels, strict=True):
             level_style = {**response.LIMIT_STYLE, "color": curve_styles["color"]}
-            for level in own:
+            for level in limits:
                 _draw_level(axes, level, max_level, level_style, f"{name} per line")
 
 
@@ -187,10 +187,10 @@ def limit_name(scenario: Scenario) -> str:
     return "smaller stroke limit" if scenario.has_sides else "stroke limit"
 
 
-def _draw_level(axes: Axes, level: float, max_level: float, style: Style, words: str) -> None:
+def _draw_level(axes: Axes, level: float, max_level: float, style: Style, label: str) -> None:
     """Draw a stroke limit that is constant along the x-axis, unless it exceeds `max_level`."""
     if level <= max_level:
-        axes.axhline(level, **style, label=words)
+        axes.axhline(level, **style, label=label)
 
 
 def _mark_violations(axes: Axes, view: View, panel: Panel, metric: PlottedMetric) -> None:
@@ -290,11 +290,12 @@ def sweep_view(table: Table) -> View:
     directions = [axis for axis in table.axes if axis.key == DIRECTION_KEY]
     line_points = _combinations([group for group in (directions, line_axes) if group])
     drawn_points = evenly_spaced(line_points, MAX_LINES)
-    own = RowGroups(table.own, linked_keys)
+    groups = RowGroups(table.own, linked_keys)
     references = [RowGroups(table.of(name), linked_keys) for name in table.approaches[1:]]
     line, files = line_axes[0] if line_axes else None, swept_files(table.axes, x_key)
     panels = [
-        _make_panel(point, drawn_points, line, own, references, table.axes) for point in shown
+        _make_panel(point, drawn_points, line, groups, references, table.axes)
+        for point in shown
     ]
     left_out = len(points) * len(line_points) - len(shown) * len(drawn_points)
     return View(x_key, label, line, panels, left_out, files=files)
@@ -318,7 +319,7 @@ def comparison_view(comparison: Comparison) -> View:
         Panel(
             point,
             panel_title(point, table.axes),
-            [Line(one.name, nan, one.at(point)) for one in curves],
+            [Line(curve.name, nan, curve.rows_at(point)) for curve in curves],
             (),
         )
         for point in shown
@@ -342,9 +343,9 @@ def file_labels(files: Sequence[str]) -> list[str]:
         end = _shared_words([name[begin:][::-1] for name in names])
         before, behind = "…" * bool(begin), "…" * bool(end)
         names = [f"{before}{name[begin : len(name) - end]}{behind}" for name in names]
-    for at, name in enumerate(names):
+    for index, name in enumerate(names):
         if len(name) > MAX_FILE_LETTERS:
-            names[at] = f"…{name[1 - MAX_FILE_LETTERS :]}"
+            names[index] = f"…{name[1 - MAX_FILE_LETTERS :]}"
     return [wording.sanitise(name) for name in names]
 
 
@@ -352,13 +353,15 @@ def file_ticks(files: Sequence[str]) -> tuple[list[int], list[str]]:
     """Return positions and labels of files along an axis; of many, an evenly spaced part."""
     labels = file_labels(files)
     places = evenly_spaced(range(len(labels)), MAX_FILE_LABELS)
-    return places, [labels[at] for at in places]
+    return places, [labels[place] for place in places]
 
 
 def _shared_words(names: Sequence[str]) -> int:
     """Return the number of characters of the whole words with which all names begin."""
     shared = takewhile(lambda signs: len({*signs}) == 1, zip(*names, strict=False))
-    return max((at for at, (sign, *_) in enumerate(shared, 1) if not sign.isalnum()), default=0)
+    return max(
+        (length for length, (sign, *_) in enumerate(shared, 1) if not sign.isalnum()), default=0
+    )
 
 
 def swept_files(axes: Sequence[Axis], key: str) -> Sequence[Any]:
@@ -408,7 +411,7 @@ def evenly_spaced(choices: Sequence[Choice], most: int) -> list[Choice]:
     """Return at most `most` of the choices, evenly spaced, including the first and the last."""
     if len(choices) <= most:
         return list(choices)
-    return [choices[round(at * (len(choices) - 1) / (most - 1))] for at in range(most)]
+    return [choices[round(index * (len(choices) - 1) / (most - 1))] for index in range(most)]
 
 
 class RowGroups:
@@ -424,7 +427,7 @@ class RowGroups:
             self.name = row.approach
             self.groups[frozenset(rest.items())].append(row)
 
-    def at(self, point: Point) -> list[Row]:
+    def rows_at(self, point: Point) -> list[Row]:
         """Return the rows at a point; keys that are not swept in these rows are ignored."""
         values = {key: value for key, value in point.items() if key in self.keys}
         return self.groups.get(frozenset(values.items()), [])
@@ -434,7 +437,7 @@ def _make_panel(
     point: Point,
     line_points: Sequence[Point],
     line: Axis | None,
-    own: RowGroups,
+    groups: RowGroups,
     references: Sequence[RowGroups],
     axes: Sequence[Axis],
 ) -> Panel:
@@ -444,15 +447,15 @@ def _make_panel(
         values = [float(i) for i in range(len(values))]
     lines = [
         Line(
-            point_label(line_point, axes) or own.name,
+            point_label(line_point, axes) or groups.name,
             value,
-            own.at({**point, **line_point}),
+            groups.rows_at({**point, **line_point}),
             line_point.get(DIRECTION_KEY, ""),
         )
         for value, line_point in zip(values, line_points, strict=True)
     ]
     drawn = [
-        Line(curves.name, value, curves.at({**point, **line_point}))
+        Line(curves.name, value, curves.rows_at({**point, **line_point}))
         for curves in references
         for value, line_point in zip(values, line_points, strict=True)
     ]
@@ -558,12 +561,12 @@ def draw_panels(
     figure, grid = style.panel_grid(count, len(metrics), ax=ax)
     for place, metric in enumerate(metrics):
         first = None
-        for at, panel in enumerate(view.panels):
+        for row, panel in enumerate(view.panels):
             # All rows share a y-axis, so that they can be compared.
-            axes = first = ax or figure.add_subplot(grid[at, place], sharey=first)
+            axes = first = ax or figure.add_subplot(grid[row, place], sharey=first)
             name = metric.full_title if len(metrics) <= MAX_NAMED_METRICS else metric.symbol
-            words = metric.symbol if panel.title else name
-            set_row_title(axes, panel.title, words, pad=15)
+            title = metric.symbol if panel.title else name
+            set_row_title(axes, panel.title, title, pad=15)
             set_x_axis(axes, view, is_labelled=ax is not None or is_lowest(axes))
             draw_curves(axes, view, panel, metric)
             if metric in RATIOS:
@@ -577,7 +580,7 @@ def draw_panels(
             for jump in (table.jumps or ()) if view.key == RATIO_KEY else ():
                 axes.axvline(jump.value, **JUMP_STYLE, label="jump")
         assert first is not None, "a view has a panel"
-        values = list(known_values(view, metric.of))
+        values = list(finite_values(view, metric.of))
         if not values:
             first.text(0.5, 0.5, "not known", transform=first.transAxes, ha="center")
         _set_y_limits(first, values, allow_log=metric is T_A)
@@ -616,9 +619,9 @@ def _draw_best(
     """Draw the best admissible case, or the best over all records, with its legend."""
     if best.row is None or y is None:
         return
-    words = f"{name}: {best.result} at {point_label(best.row.point, table.axes)}"
+    label = f"{name}: {best.result} at {point_label(best.row.point, table.axes)}"
     fill: Style = {"fillstyle": "none"} if best.kind == "design" else {}
-    axes.plot([x], [y], **BEST_STYLE, **fill, label=words)
+    axes.plot([x], [y], **BEST_STYLE, **fill, label=label)
 
 
 def _shows_stroke(metrics: Sequence[PlottedMetric]) -> bool:
@@ -646,11 +649,11 @@ def _mark_natural_frequency(axes: Axes, table: Table, view: View) -> None:
         return
     f_0 = 1.0 / response.natural_period(table.scenario.oscillator.plant())
     low, high = axes.get_xlim()
-    for words, f, side in (("f₀", f_0, "right"), ("√2 f₀", sqrt(2) * f_0, "left")):
+    for symbol, f, side in (("f₀", f_0, "right"), ("√2 f₀", sqrt(2) * f_0, "left")):
         if low < f < high:
             axes.axvline(f, **NATURAL_FREQUENCY_STYLE)
             foot = axes.get_xaxis_transform()
-            axes.text(f, 1.01, words, transform=foot, size=8, ha=side)
+            axes.text(f, 1.01, symbol, transform=foot, size=8, ha=side)
 
 
 def _draw_colorbar(panels: Sequence[Axes], view: View) -> None:
@@ -700,14 +703,19 @@ def line_styles(view: View) -> list[Style]:
     values = [*dict.fromkeys(line.value for line in lines)]
     styles = []
     for line in lines:
-        at = 0 if view.line is None else values.index(line.value)
-        own: Style = {"color": "#0b3c6f", "linewidth": 1.6, "marker": "o", "markersize": 3.5}
+        index = 0 if view.line is None else values.index(line.value)
+        style: Style = {"color": "#0b3c6f", "linewidth": 1.6, "marker": "o", "markersize": 3.5}
         if view.line is not None:
-            color = colormap(COLORMAP_END * at / max(len(values) - 1, 1))
-            own = {"color": color, "linewidth": 1.5, "marker": MARKERS[at], "markersize": 4}
+            color = colormap(COLORMAP_END * index / max(len(values) - 1, 1))
+            style = {
+                "color": color,
+                "linewidth": 1.5,
+                "marker": MARKERS[index],
+                "markersize": 4,
+            }
         if view.files and view.line is None:
-            own["linestyle"] = "none"
-        styles.append(own | DIRECTION_STYLES.get(line.direction, {}))
+            style["linestyle"] = "none"
+        styles.append(style | DIRECTION_STYLES.get(line.direction, {}))
     return styles
 
 
@@ -718,7 +726,7 @@ def color_scale(axis: Axis) -> tuple[Any, Any]:
 
     values = range(len(axis.values)) if axis.key == FILE_KEY else axis.values
     low, high = min(values), max(values)
-    dark = matplotlib.colormaps["viridis"]([COLORMAP_END * at / 255 for at in range(256)])
+    dark = matplotlib.colormaps["viridis"]([COLORMAP_END * level / 255 for level in range(256)])
     return (LogNorm if spans_decade(values) else Normalize)(low, high), ListedColormap(dark)
 
 
@@ -728,41 +736,46 @@ def draw_curves(axes: Axes, view: View, panel: Panel, metric: PlottedMetric) -> 
     Few lines of means over seeds also have confidence intervals.
     """
     curve_styles = line_styles(view)
-    known = [line_series(view, line, metric.of) for line in panel.lines]
-    for at, (line, curve_style, (x, y)) in enumerate(
-        zip(panel.lines, curve_styles, known, strict=True)
+    series = [line_series(view, line, metric.of) for line in panel.lines]
+    for number, (line, curve_style, (x, y)) in enumerate(
+        zip(panel.lines, curve_styles, series, strict=True)
     ):
-        draw_curve(axes, x, y, curve_style, line.label, at)
+        draw_curve(axes, x, y, curve_style, line.label, number)
     draw_references(axes, view, panel, metric.of, curve_styles)
     if len(panel.lines) <= MAX_STYLED_LINES:
-        for line, curve_style, (x, y) in zip(panel.lines, curve_styles, known, strict=True):
+        for line, curve_style, (x, y) in zip(panel.lines, curve_styles, series, strict=True):
             draw_interval(
                 axes, x, y, line_series(view, line, metric.half_width)[1], curve_style
             )
 
 
 def draw_curve(
-    axes: Axes, x: Sequence[float], y: Sequence[float], style: Style, label: str, at: int = 0
+    axes: Axes,
+    x: Sequence[float],
+    y: Sequence[float],
+    style: Style,
+    label: str,
+    number: int = 0,
 ) -> None:
     """Draw a line; a horizontal one if x is nan.
 
-    Markers of neighbouring lines (`at`) are staggered.
+    Markers of neighbouring lines (`number`) are staggered.
     """
     if x and isnan(x[0]):
         axes.axhline(y[0], **{**style, "marker": ""}, label=label)
         return
     few = sum(map(isfinite, y)) <= MAX_MARKED_POINTS or style.get("linestyle") == "none"
-    every = 1 if few else (0.03 * at, MARKER_SPACING)
+    every = 1 if few else (0.03 * number, MARKER_SPACING)
     axes.plot(x, y, **style, markevery=every, label=label, clip_on=False)
     if alone := [i for i in range(len(y)) if _is_isolated(y, i)]:
         points = [x[i] for i in alone], [y[i] for i in alone]
         axes.plot(*points, "o", markersize=3, color=style["color"], clip_on=False)
 
 
-def _is_isolated(y: Sequence[float], at: int) -> bool:
+def _is_isolated(y: Sequence[float], index: int) -> bool:
     """Whether a point has gaps on both sides, so that a line without markers hides it."""
-    beside = [y[i] for i in (at - 1, at + 1) if 0 <= i < len(y)]
-    return isfinite(y[at]) and not any(map(isfinite, beside))
+    beside = [y[i] for i in (index - 1, index + 1) if 0 <= i < len(y)]
+    return isfinite(y[index]) and not any(map(isfinite, beside))
 
 
 def draw_references(
@@ -770,30 +783,34 @@ def draw_references(
 ) -> None:
     """Draw the reference dashed; only once if it is the same for all lines."""
     drawn = [(line, *line_series(view, line, value)) for line in panel.references]
-    one = all(_is_same_curve(y, drawn[0][2]) for _, _, y in drawn)
-    if not drawn or (not one and len(panel.lines) > MAX_STYLED_LINES):
+    alike = all(_is_same_curve(y, drawn[0][2]) for _, _, y in drawn)
+    if not drawn or (not alike and len(panel.lines) > MAX_STYLED_LINES):
         return
-    words = f"{panel.references[0].label}, no dry friction"
-    if one:
-        own = REFERENCE_STYLE | (FILE_REFERENCE_STYLE if view.files else {})
-        draw_curve(axes, *drawn[0][1:], own, words)
+    label = f"{panel.references[0].label}, no dry friction"
+    if alike:
+        style = REFERENCE_STYLE | (FILE_REFERENCE_STYLE if view.files else {})
+        draw_curve(axes, *drawn[0][1:], style, label)
         return
     # One grey legend entry represents the dashed lines of all colours.
-    axes.plot([], [], **FAINT_REFERENCE_STYLE, label=words)
-    for at, (_, x, y) in enumerate(drawn):
+    axes.plot([], [], **FAINT_REFERENCE_STYLE, label=label)
+    for number, (_, x, y) in enumerate(drawn):
         draw_curve(
             axes,
             x,
             y,
-            {**FAINT_REFERENCE_STYLE, "color": curve_styles[at % len(curve_styles)]["color"]},
+            {
+                **FAINT_REFERENCE_STYLE,
+                "color": curve_styles[number % len(curve_styles)]["color"],
+            },
             "_",
         )
 
 
-def _is_same_curve(one: Sequence[float], other: Sequence[float]) -> bool:
+def _is_same_curve(first: Sequence[float], second: Sequence[float]) -> bool:
     """Whether two curves are visually identical."""
-    return len(one) == len(other) and all(
-        isclose(a, b, rel_tol=1e-6) or a != a or b != b for a, b in zip(one, other, strict=True)
+    return len(first) == len(second) and all(
+        isclose(a, b, rel_tol=1e-6) or a != a or b != b
+        for a, b in zip(first, second, strict=True)
     )
 
 
@@ -809,21 +826,21 @@ def draw_interval(
 
 def line_series(view: View, line: Line, value: RowValue) -> tuple[list[float], list[float]]:
     """Return x and y of a line in ascending order of x; nan marks a gap."""
-    found = [(view.x(row), value(row)) for row in line.rows]
-    found.sort(key=lambda pair: -inf if isnan(pair[0]) else pair[0])
-    known = [y for _, y in found]
-    return [x for x, _ in found], [
-        nan if y is None or not isfinite(y) else float(y) for y in known
+    points = [(view.x(row), value(row)) for row in line.rows]
+    points.sort(key=lambda pair: -inf if isnan(pair[0]) else pair[0])
+    values = [y for _, y in points]
+    return [x for x, _ in points], [
+        nan if y is None or not isfinite(y) else float(y) for y in values
     ]
 
 
-def known_values(view: View, value: RowValue) -> Iterator[float]:
-    """Yield all known values on the lines of a view."""
+def finite_values(view: View, value: RowValue) -> Iterator[float]:
+    """Yield all finite values on the lines of a view."""
     for panel in view.panels:
         for line in panel.lines:
             for row in line.rows:
-                if (found := value(row)) is not None and isfinite(found):
-                    yield found
+                if (number := value(row)) is not None and isfinite(number):
+                    yield number
 
 
 def mark_gaps(axes: Axes, view: View, panel: Panel) -> None:
@@ -843,7 +860,7 @@ def mark_gaps(axes: Axes, view: View, panel: Panel) -> None:
         )
 
 
-def set_row_title(axes: Axes, row: str, words: str, pad: float = 6.0) -> None:
+def set_row_title(axes: Axes, row: str, title: str, pad: float = 6.0) -> None:
     """Set the title of a panel in a row of panels with a common title.
 
     It begins with that of the row; a long one is a line of its own above the first panel.
@@ -851,11 +868,11 @@ def set_row_title(axes: Axes, row: str, words: str, pad: float = 6.0) -> None:
     place: Any = axes.get_subplotspec()
     room = MAX_ROW_TITLE * style.HEADING_WIDTH / column_count(axes)
     if style.text_width(row, size=TITLE_SIZE) <= room:
-        words = f"{row}: {words}".removeprefix(": ")
+        title = f"{row}: {title}".removeprefix(": ")
     elif place.is_first_col():
         row = style.fit_line(row, style.HEADING_WIDTH, size=TITLE_SIZE)
-        words = f"{row}\n{words}"
-    set_title(axes, words, pad)
+        title = f"{row}\n{title}"
+    set_title(axes, title, pad)
 
 
 NATURAL_FREQUENCY_STYLE: Style = {
@@ -917,18 +934,20 @@ def draw_quantiles(
     y_axis = max(others, key=lambda axis: len(axis.values), default=None)
     bins, across = Bins.of(x_axis), None if y_axis is None else Bins.of(y_axis)
     approach, *references = table.approaches
-    histograms = [Histogram(one.name, bins, across) for one in metrics]
+    histograms = [Histogram(metric.name, bins, across) for metric in metrics]
     count_cases(as_batches(table.rows), approach, histograms)
-    reference_histograms = [Histogram(one.name, bins, None) for one in metrics]
+    reference_histograms = [Histogram(metric.name, bins, None) for metric in metrics]
     if references:
         count_cases(as_batches(table.rows), references[0], reference_histograms)
-    shown = [i for i, one in enumerate(histograms) if one.counts.any()] or [len(histograms) - 1]
+    shown = [i for i, histogram in enumerate(histograms) if histogram.counts.any()] or [
+        len(histograms) - 1
+    ]
     figure, grid = style.panel_grid(1 if across is None else 2, len(shown), ax=ax)
     for place, i in enumerate(shown):
         metric = metrics[i]
         axes = ax or figure.add_subplot(grid[0, place])
-        words = metric.full_title if len(shown) <= MAX_NAMED_METRICS else metric.symbol
-        set_title(axes, words)
+        title = metric.full_title if len(shown) <= MAX_NAMED_METRICS else metric.symbol
+        set_title(axes, title)
         draw_quantile_bands(
             axes, histograms[i], reference_histograms[i] if references else None, metric.scale
         )
@@ -936,7 +955,7 @@ def draw_quantiles(
         set_bin_axis(axes, "x", bins, is_labelled=across is None)
         if across is not None:
             below = figure.add_subplot(grid[1, place])
-            set_title(below, f"mean of {words}")
+            set_title(below, f"mean of {title}")
             draw_map(figure, below, histograms[i], metric.scale)
             for label, best in table.answers:
                 if y_axis is not None and (row := best.row):
@@ -948,17 +967,17 @@ def draw_quantiles(
 
 
 def draw_quantile_bands(
-    axes: Axes, found: Histogram, reference: Histogram | None, factor: float
+    axes: Axes, histogram: Histogram, reference: Histogram | None, factor: float
 ) -> None:
     """Draw quantile bands and median of a metric, and the median of the reference."""
-    x = found.along.x
-    for low, high, colour, words in QUANTILE_BANDS:
-        ends = found.quantile_curve(low) * factor, found.quantile_curve(high) * factor
-        axes.fill_between(x, *ends, color=colour, linewidth=0, label=words)
-    axes.plot(x, found.quantile_curve(0.5) * factor, **MEDIAN_STYLE)
+    x = histogram.along.x
+    for low, high, colour, label in QUANTILE_BANDS:
+        ends = histogram.quantile_curve(low) * factor, histogram.quantile_curve(high) * factor
+        axes.fill_between(x, *ends, color=colour, linewidth=0, label=label)
+    axes.plot(x, histogram.quantile_curve(0.5) * factor, **MEDIAN_STYLE)
     if reference is not None and reference.counts.any():
-        words = "median without dry friction"
-        axes.plot(x, reference.quantile_curve(0.5) * factor, **REFERENCE_STYLE, label=words)
+        label = "median without dry friction"
+        axes.plot(x, reference.quantile_curve(0.5) * factor, **REFERENCE_STYLE, label=label)
 
 
 def draw_reference_level(axes: Axes, table: Table, metric: PlottedMetric) -> None:
@@ -971,8 +990,8 @@ def draw_reference_level(axes: Axes, table: Table, metric: PlottedMetric) -> Non
         return
     elif stroke and min(stroke.limits) * metric.scale <= 2.0 * axes.get_ylim()[1]:
         limit = min(stroke.limits) * metric.scale
-        words = f"{limit_name(table.scenario)} {wording.format_number(limit, metric.unit)}"
-        axes.axhline(limit, **response.LIMIT_STYLE, label=words)
+        label = f"{limit_name(table.scenario)} {wording.format_number(limit, metric.unit)}"
+        axes.axhline(limit, **response.LIMIT_STYLE, label=label)
         axes.set_ylim(top=max(axes.get_ylim()[1], 1.05 * limit))
 
 
@@ -982,17 +1001,17 @@ def set_bin_axis(axes: Axes, which: str, bins: Bins, is_labelled: bool = True) -
     set_axis(axes, which, label, bins.edges[0], bins.edges[-1], bins.is_log)
 
 
-def draw_map(figure: Figure, axes: Axes, found: Histogram, factor: float) -> None:
+def draw_map(figure: Figure, axes: Axes, histogram: Histogram, factor: float) -> None:
     """Draw the mean of a metric over two swept keys, with a colour bar."""
-    assert found.across is not None, "a map has two axes"
-    x, y = found.along.edges, found.across.edges
-    values = np.ma.masked_invalid(found.map * factor)
+    assert histogram.across is not None, "a map has two axes"
+    x, y = histogram.along.edges, histogram.across.edges
+    values = np.ma.masked_invalid(histogram.map * factor)
     mesh = axes.pcolormesh(x, y, values, cmap="viridis", rasterized=True)
     if np.ma.is_masked(values):
         axes.set_facecolor(EMPTY_COLOR)
         axes.plot([], [], "s", color=EMPTY_COLOR, markersize=9, label="no case with a value")
-    set_bin_axis(axes, "x", found.along)
-    set_bin_axis(axes, "y", found.across)
+    set_bin_axis(axes, "x", histogram.along)
+    set_bin_axis(axes, "y", histogram.across)
     axes.grid(visible=False)
     bar = figure.colorbar(
         mesh, cax=axes.inset_axes((1.015, 0.0, 0.025 * column_count(axes), 1.0))
@@ -1054,16 +1073,16 @@ class Histogram:
     def add(self, batch: Batch) -> None:
         """Count the cases of a block in which the metric is known."""
         values = batch.metrics[self.metric]
-        known = values == values
+        has_value = values == values
         x = batch.points.get(self.along.axis.key)
-        if x is None or not known.any():
+        if x is None or not has_value.any():
             return
-        values, at = values[known], self.along.find(x[known])
+        values, index = values[has_value], self.along.find(x[has_value])
         bins = log_bins(np.clip(values, *COUNTED_RANGE)) - FIRST_BIN + 1
-        np.add.at(self.counts, (at, np.where(values < COUNTED_RANGE[0], 0, bins)), 1)
+        np.add.at(self.counts, (index, np.where(values < COUNTED_RANGE[0], 0, bins)), 1)
         y = batch.points.get(self.across.axis.key) if self.across else None
         if self.across is not None and y is not None:
-            cell = at * len(self.across) + self.across.find(y[known])
+            cell = index * len(self.across) + self.across.find(y[has_value])
             self.sums += np.bincount(cell, values, minlength=len(self.sums))
             self.cell_counts += np.bincount(cell, minlength=len(self.cell_counts))
 
@@ -1071,8 +1090,8 @@ class Histogram:
         """Return a quantile of the metric in every bin; NaN in bins without cases."""
         below = np.cumsum(self.counts, axis=1)
         total = below[:, -1]
-        at = np.argmax(below >= level * np.maximum(total, 1)[:, None], axis=1)
-        values = np.where(at == 0, 0.0, bin_values(at - 1 + FIRST_BIN))
+        index = np.argmax(below >= level * np.maximum(total, 1)[:, None], axis=1)
+        values = np.where(index == 0, 0.0, bin_values(index - 1 + FIRST_BIN))
         return np.where(total > 0, values, np.nan)
 
     def quantile_curve(self, level: float) -> Floats:
