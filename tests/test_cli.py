@@ -124,6 +124,10 @@ def test_check_about_another_case_is_not_judged_and_fails_under_strict_alone(dry
     assert told == [
         {
             "check": "T_a < 0.1 at friction.kinetic >= 500",
+            "metric": "T_a",
+            "operator": "<",
+            "limit": 0.1,
+            "unit": "-",
             "passed": None,
             "value": None,
             "reason": "the condition is not met",

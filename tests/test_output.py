@@ -38,7 +38,7 @@ from drysim.core.model import (
 )
 from drysim.errors import OutputError, WarningMessage
 from drysim.metrics.checks import Check
-from drysim.metrics.table import METRICS
+from drysim.metrics.table import METRICS, UNITS
 from drysim.output import folder
 from drysim.output.folder import (
     install_partial,
@@ -454,8 +454,17 @@ def test_sidecar_tells_what_made_the_numbers(monkeypatch):
     assert told["numerics"]["energy_residual"] == made.metrics["energy_residual"]
     assert told["metrics"] == made.metrics
     assert told["checks"] == [
-        {"check": "T_a < 9", "passed": True, "value": made.metrics["T_a"]}
+        {
+            "check": "T_a < 9",
+            "metric": "T_a",
+            "operator": "<",
+            "limit": 9.0,
+            "unit": "-",
+            "passed": True,
+            "value": made.metrics["T_a"],
+        }
     ]
+    assert told["units"] == {name: UNITS[name] for name in told["metrics"]}
     assert told["warnings"] == [{"slug": "slug", "sentence": "careful", "numbers": {}}]
     for name, sha256 in told["files"].items():
         assert hashlib.sha256(Path("out", name).read_bytes()).hexdigest() == sha256

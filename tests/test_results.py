@@ -26,6 +26,8 @@ from drysim.results import KINDS, kind_named
 from drysim.results.fields import header_fields
 from drysim.results.kind import File, Kind, Picture
 from drysim.results.notebook import table_html
+from drysim.results.stored import metric_tables
+from drysim.results.tables import COLUMN_UNITS
 from drysim.study.outcome import Result
 from drysim.study.summary import Summary
 
@@ -44,6 +46,16 @@ def saved(tmp_path_factory):
         return folders[kind]
 
     return folder
+
+
+@pytest.mark.parametrize("kind", [name for name in KINDS if name != "hard"])
+def test_units_of_all_metrics_are_in_drysim_json(saved, kind):
+    fields = json.loads((saved(kind) / "drysim.json").read_text())
+    names = [name for _, table in metric_tables(fields["metrics"]) for name in table]
+    assert fields["units"] == {name: COLUMN_UNITS[name] for name in names}
+    for check in fields["checks"]:
+        assert check["unit"] == COLUMN_UNITS[check["metric"]]
+        assert check["check"].startswith(f"{check['metric']} {check['operator']}")
 
 
 def tables_of(kind):

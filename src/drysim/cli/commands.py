@@ -46,7 +46,7 @@ FALLBACK_SCENARIO, FALLBACK_FOR_LAWS = "paper-random", "friction-laws"
 """Gallery scenarios used when it is missing; the second has the options of every law."""
 
 SUMMARY_KEYS = (
-    "kind", "summary", "metrics", "ensemble", "checks", "warnings", "numerics"
+    "kind", "summary", "metrics", "units", "ensemble", "checks", "warnings", "numerics"
 )  # fmt: skip
 """Keys of drysim.json that `summarise --json` prints; only several seeds have `ensemble`."""
 

@@ -29,6 +29,8 @@ import drysim
 from drysim.core.model import Samples, Signal, Sines, blocks, without_rest
 from drysim.errors import EXIT_INTERRUPTED, EXIT_NUMERICS_FAILED
 from drysim.metrics.table import METRICS
+from drysim.results.stored import metric_tables
+from drysim.results.tables import COLUMN_UNITS
 from drysim.study.statistics import OK
 
 if TYPE_CHECKING:
@@ -94,6 +96,7 @@ def stored_fields(
         "numerics": numerics,
         "software": software_versions(),
         "metrics": metrics,
+        "units": metric_units(metrics),
         **further,
         "checks": [check_fields(verdict) for verdict in result.checks],
         "warnings": [asdict(warning) for warning in result.warnings],
@@ -143,19 +146,39 @@ def _signal_sha256(signal: Signal) -> str:
 def check_fields(verdict: Verdict) -> Fields:
     """Return a verdict; over many cases with the deciding place, of a mean with its half-width.
 
-    `passed` is None if the check was not judged; `reason` replaces a missing value.
+    Value and limit have the unit of the metric. `passed` is None if the check was not judged;
+    `reason` replaces a missing value.
     """
-    fields = {"check": str(verdict.check), "passed": verdict.passed, "value": verdict.value}
+    check = verdict.check
+    fields = {
+        "check": str(check),
+        "metric": check.metric,
+        "operator": check.op,
+        "limit": check.limit,
+        "unit": COLUMN_UNITS[check.metric],
+        "passed": verdict.passed,
+        "value": verdict.value,
+    }
     if verdict.reason:
         fields["reason"] = verdict.reason
     if verdict.cases:
         fields |= {"failed": verdict.failed, "cases": verdict.cases}
     if verdict.seeds > 1:
-        fields |= {"judges": verdict.check.judges, "half_width": verdict.half_width}
+        fields |= {"judges": check.judges, "half_width": verdict.half_width}
         fields["seeds"] = verdict.seeds
     if verdict.failed_seeds:
         fields["failed_seeds"] = verdict.failed_seeds
     return fields if verdict.where is None else {**fields, "where": dict(verdict.where)}
+
+
+def metric_units(metrics: Mapping[str, Any]) -> dict[str, str]:
+    """Return the unit of every metric of a result, those of all approaches together."""
+    return {
+        name: COLUMN_UNITS[name]
+        for _, table in metric_tables(metrics)
+        for name in table
+        if name in COLUMN_UNITS
+    }
 
 
 def creation_time() -> str:

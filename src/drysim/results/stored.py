@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from drysim import wording
 from drysim.metrics.table import UNITS
 from drysim.wording import format_number
-
-if TYPE_CHECKING:
-    from drysim.results.fields import Fields
 
 HEADINGS = (
     "metric", "unit", "value", "mean", "±", "minimum", "5 %", "median", "95 %", "maximum"
@@ -30,7 +27,7 @@ OPTIONAL_COLUMNS = ("5 %", "95 %", "unit")
 """Columns that a narrow terminal omits, in this order."""
 
 
-def metric_tables(metrics: Fields) -> Iterator[tuple[str, Fields]]:
+def metric_tables(metrics: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Yield the metrics of every approach of a comparison; else one unnamed table."""
     several = all(
         isinstance(entry, Mapping) and "least" not in entry for entry in metrics.values()
@@ -38,7 +35,7 @@ def metric_tables(metrics: Fields) -> Iterator[tuple[str, Fields]]:
     yield from metrics.items() if several else [("", metrics)]
 
 
-def metric_columns(metrics: Fields) -> list[list[str]]:
+def metric_columns(metrics: Mapping[str, Any]) -> list[list[str]]:
     """Return metrics as a table by columns."""
     rows = [_metric_row(name, entry) for name, entry in metrics.items() if name in UNITS]
     filled = [row for row in rows if row is not None]
