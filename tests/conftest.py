@@ -99,6 +99,12 @@ def drysim(
 
 
 @pytest.fixture
+def command(drysim: Command) -> Command:
+    """Return `drysim` under another name, for modules that import the package."""
+    return drysim
+
+
+@pytest.fixture
 def process(tmp_path: Path) -> Command:
     """Return `drysim` as a function, run in a process of its own and in an empty folder."""
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from seat import tree
 
 RECORDED = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
@@ -17,11 +18,6 @@ excitation: {kind: record, file: base.csv, column: u_dd, time: t}
 """
 
 SOUND = "t [s],u_dd [m/s2]\n0.00,0.1\n0.01,0.2\n0.02,0.3\n0.03,0.1\n"
-
-
-def tree(folder: Path) -> dict[str, bytes]:
-    """Return every file below a folder with its content."""
-    return {str(file): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
 def refused(drysim, folder, *words):

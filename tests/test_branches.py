@@ -34,12 +34,6 @@ sweep:
 """
 
 
-@pytest.fixture
-def command(drysim):
-    """Return `drysim` as a function; the name of the fixture is that of the package."""
-    return drysim
-
-
 def scaled(folder: Path, beta, zeta, phi, eta, sweep: str = "") -> drysim.Scenario:
     """Return a scene with m = k_x = 1 and base acceleration of amplitude 1."""
     text = SCALED.format(frequency=repr(beta / math.tau), zeta=zeta, phi=phi, eta=eta)

@@ -166,12 +166,6 @@ def test_map_of_rates_does_not_depend_on_the_number_of_threads(noise_map, tmp_pa
         assert np.array_equal(one.points, other.points)
 
 
-@pytest.fixture
-def command(drysim):
-    """Return `drysim` as a function; the name of the fixture is that of the package."""
-    return drysim
-
-
 def test_command_writes_the_lines_of_both_rates(command, tmp_path):
     (tmp_path / "noise.yaml").write_text(f"drysim: 1\n{SEAT}{OVER}")
     done = command("map", "noise.yaml", "--report")

@@ -9,20 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from seat import tree
 
 from drysim import __version__, output
 from drysim.cli import COMMANDS
 
 RUN_FILES = ["drysim.json", "events.csv", "response.csv", "response.png", "scenario.yaml"]
-
-
-def tree(folder):
-    """Return every file below a folder with its content."""
-    return {
-        str(file.relative_to(folder)): file.read_bytes()
-        for file in sorted(folder.rglob("*"))
-        if file.is_file()
-    }
 
 
 # run

@@ -16,6 +16,7 @@ from grids import axes, comparison, orbits, spoil, sweep
 from hang import no_hang
 from outcomes import judgement, outcome, record, stand_in
 from seat import SEAT
+from shown import show
 
 import drysim as package
 from drysim import wording
@@ -34,7 +35,6 @@ from drysim.study import table as tally_table
 from drysim.study.statistics import FAILED, NOT_SETTLED
 from drysim.study.summary import Row
 from drysim.study.sweep import sweep as solved
-from tools.shown import show
 
 # The terminal: what stands on stdout and stderr, and that no user's text drives it.
 

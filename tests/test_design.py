@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from seat import tree
+from shown import legend
 
 import drysim
 from drysim.results.design import best_rows
@@ -28,7 +30,6 @@ from drysim.study.statistics import OverSeeds, Row
 from drysim.study.store import Store, work_identity
 from drysim.study.sweep import on_workers
 from drysim.wording import format_number
-from test_bad_input import tree
 
 M, K_X = 75.0, 7500.0
 OMEGA = np.sqrt(K_X / M)
@@ -49,12 +50,6 @@ measure: {settle: 3 s, direction: vertical}
 WIDE = "oscillator.damping: {from: 100, to: 3000, scale: log}"
 KEY = "oscillator.damping"
 DAMPING = "oscillator.damping: {from: 50, to: 5000, scale: log}"
-
-
-@pytest.fixture
-def command(drysim):
-    """Return `drysim` as a function; the name of the fixture is that of the package."""
-    return drysim
 
 
 def loaded(folder: Path, scene: str, design: str, **overrides: object) -> drysim.Scenario:
@@ -827,10 +822,6 @@ def test_ends_and_knee_of_a_front_are_listed(
     assert ("knee of the front" in done.out) is has_knee
 
 
-def legend_of(figure) -> list[str]:
-    return [text.get_text() for text in figure.legends[0].get_texts()]
-
-
 def stars(figure) -> list[tuple[str, str, tuple[float, float]]]:
     """Return label, face colour and place of the marked designs of a figure."""
     return [
@@ -864,8 +855,8 @@ def test_picture_without_an_admissible_design_marks_the_closest(tmp_path, keys, 
     )  # fmt: skip
     figure = result.plot()
     assert {star[:2] for star in stars(figure)} == {("closest", "white")}
-    assert "closest" in legend_of(figure)
-    assert "exceeds a limit" not in legend_of(figure) or keys == 1
+    assert "closest" in legend(figure)
+    assert "exceeds a limit" not in legend(figure) or keys == 1
     heading = " ".join(text.get_text() for text in figure.texts)
     assert "no design keeps all limits; the closest: " in heading
     assert "at the bounds of damping" in heading
@@ -883,7 +874,7 @@ def test_map_has_a_line_around_its_inadmissible_region(tmp_path):
     assert boundary.get_paths()[0].vertices.size
     pixels = [panel.transData.transform(text.get_position()) for text in panel.texts]
     assert len({tuple(place) for place in pixels}) == len(pixels)
-    assert "exceeds a limit" in legend_of(figure)
+    assert "exceeds a limit" in legend(figure)
 
 
 def test_picture_of_a_front_marks_its_ends(tmp_path):

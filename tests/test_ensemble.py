@@ -12,6 +12,7 @@ from math import ceil
 import numpy as np
 import pytest
 from seat import rows_of
+from shown import show
 
 import drysim as package
 from drysim.console import terminal
@@ -31,7 +32,6 @@ from drysim.study.statistics import (
     statistics,
 )
 from drysim.wording import format_interval, format_number, format_percent
-from tools.shown import show
 
 # Many seeds of one scenario: means, intervals, when they are enough, and the files.
 

@@ -11,7 +11,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from seat import rows_of
+from seat import rows_of, tree
+from shown import show
 from twin import RECORDED, fit_text, fit_twin, keys, values_of, write_columns, write_twin
 
 import drysim
@@ -21,8 +22,6 @@ from drysim.study.fit_law import LawFit, Parameter, profiles_of, refit_from_prof
 from drysim.study.fit_least_squares import Differentiable, LeastSquares, final_fit, sizes
 from drysim.study.fit_model import build_model, fitted_end
 from drysim.study.fit_profiles import ProfilePoint, _profile_end
-from test_bad_input import tree
-from tools.shown import show
 
 K_X, B, F_FK = 7500.0, 500.0, 20.0
 SEAT = f"oscillator: {{mass: 75, stiffness: {K_X}, damping: {B}}}\n"

@@ -8,6 +8,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from shown import show
 
 import drysim as package
 from drysim.errors import ScenarioError
@@ -18,7 +19,6 @@ from drysim.study.statistics import Row
 from drysim.study.sweep import sweep
 from drysim.study.table import RATIO_KEY
 from drysim.yaml_document import dump
-from tools.shown import show
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}

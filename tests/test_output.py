@@ -18,7 +18,7 @@ from grids import FORCE, FREQUENCY, RMS, axes, comparison, orbits, spoil, sweep
 from hang import no_hang
 from killing import ended, kills
 from outcomes import SINE, judgement, names, outcome, record
-from seat import rows_of
+from seat import rows_of, tree
 
 from drysim import output
 from drysim.bench import speed_error
@@ -218,10 +218,6 @@ def test_two_runs_differ_in_created_alone():
 # folder
 
 
-def tree(folder="."):
-    return {path: path.read_bytes() for path in Path(folder).rglob("*") if path.is_file()}
-
-
 def test_new_folder_replaces_what_drysim_wrote_and_nothing_is_left_beside():
     write("deep/out", plots=True)
     write("deep/out")
@@ -287,13 +283,13 @@ def foreign_replaced():
 )
 def test_what_is_not_ours_is_refused_and_stays(plant, sentence):
     plant()
-    before = tree()
+    before = tree(Path())
     for attempt in (output.check_writable, write):
         with pytest.raises(OutputError, match=sentence) as fault:
             attempt(Path("out"))
         assert "--out" in fault.value.hint
         assert fault.value.exit_code == 2
-    assert tree() == before
+    assert tree(Path()) == before
 
 
 @pytest.mark.parametrize(
@@ -310,11 +306,11 @@ def test_what_is_not_ours_is_refused_and_stays(plant, sentence):
 )
 def test_folder_that_cannot_be_is_refused_before_any_work(folder, sentence):
     Path("file").write_text("mine")
-    before = tree()
+    before = tree(Path())
     with pytest.raises(OutputError, match=sentence) as fault:
         output.check_writable(Path(folder))
     assert fault.value.hint
-    assert tree() == before
+    assert tree(Path()) == before
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
@@ -326,7 +322,7 @@ def test_folder_without_permission_is_refused():
 
 def test_check_leaves_no_trace():
     output.check_writable(Path("a/b/out"))
-    assert tree() == {}
+    assert tree(Path()) == {}
     assert names(".") == []
 
 
@@ -346,13 +342,13 @@ def fail_half_way(fault):
 
 def test_failure_while_writing_leaves_the_old_folder():
     write("out")
-    before = tree()
+    before = tree(Path())
     with pytest.raises(OutputError, match="no space left") as fault:
         fail_half_way(OSError(28, "No space left on device"))
     assert "free disk space" in fault.value.hint
     with pytest.raises(KeyboardInterrupt):
         fail_half_way(KeyboardInterrupt())
-    assert tree() == before
+    assert tree(Path()) == before
     assert names(".") == ["out"]
 
 
@@ -416,13 +412,13 @@ def test_file_of_the_user_in_the_partial_is_refused_and_stays(name, resume):
     Path("out.partial/drysim.json").write_text('{"format": 1, "complete": false}')
     Path("out.partial", name).parent.mkdir(exist_ok=True)
     Path("out.partial", name).write_text("mine")
-    before = tree()
+    before = tree(Path())
     with (
         pytest.raises(OutputError, match=f"out.partial holds {name}, which drysim did not"),
         output.lock_partial(Path("out"), resume),
     ):
         pass
-    assert tree() == before
+    assert tree(Path()) == before
 
 
 @pytest.mark.parametrize("name", STRANGERS)

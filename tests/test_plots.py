@@ -15,6 +15,7 @@ from grids import axes as axes_of
 from grids import sweep as many_stand_in
 from outcomes import outcome, stand_in
 from seat import EM6_SEAT, write_records
+from shown import labelled, legend, show
 
 from drysim import wording
 from drysim.bench.score import Bench, BenchCase, Score
@@ -33,22 +34,11 @@ from drysim.study.sweep import sweep as many_sweep
 from drysim.study.sweep import sweep as solved
 from drysim.study.table import Table
 from drysim.study.warnings import table_stroke_warnings
-from tools.shown import show
 
 # The pictures of sweeps and comparisons: what is drawn, and that every table can be.
 
 
 MASS = Axis("oscillator.mass", "kg", (50.0, 75.0, 100.0))
-
-
-def legend(figure):
-    """Return the words of the legend."""
-    return [text.get_text() for one in figure.legends for text in one.get_texts()]
-
-
-def lines(panel, label):
-    """Return the curves of a panel that carry a label."""
-    return [line for line in panel.lines if line.get_label() == label]
 
 
 def along(key, *values, unit="-"):
@@ -120,7 +110,7 @@ def test_displacement_stands_left_and_acceleration_right_over_a_logarithmic_freq
 def test_curve_is_the_transmissibility_of_its_rows():
     table = SCENES["paper"]()
     _, right = draw_transmissibility(table).axes
-    (line,) = lines(right, "aᵤ 1 m/s²")
+    (line,) = labelled(right, "aᵤ 1 m/s²")
     rows = [row for row in table.own if row.point[RMS] == 1.0]
     assert list(line.get_xdata()) == [row.point[FREQUENCY] for row in rows]
     assert list(line.get_ydata()) == [row.metrics["T_a"] for row in rows]
@@ -129,7 +119,7 @@ def test_curve_is_the_transmissibility_of_its_rows():
 def test_reference_is_drawn_once_where_it_is_the_same_for_all_lines():
     table = SCENES["paper"]()
     for panel in draw_transmissibility(table).axes:
-        assert len(lines(panel, "viscous, no dry friction")) == 1
+        assert len(labelled(panel, "viscous, no dry friction")) == 1
         curves = [line for line in panel.lines if len(line.get_xdata()) == 5]
         assert [line.get_linestyle() for line in curves] == ["-", "-", "--"]
     (panel,) = draw_stroke(table).axes
@@ -140,7 +130,7 @@ def test_reference_is_drawn_once_where_it_is_the_same_for_all_lines():
     # The stroke of the reference goes with the intensity: it is dashed in the line's colour,
     # and in the legend in none of them.
     assert colours["--"] == colours["-"]
-    (told,) = lines(panel, "viscous, no dry friction")
+    (told,) = labelled(panel, "viscous, no dry friction")
     assert told.get_color() not in colours["-"]
 
 
@@ -149,7 +139,7 @@ def test_friction_is_drawn_as_force_and_a_reference_without_it_as_a_level():
     _, right = figure.axes
     assert right.get_xlabel() == "kinetic friction force F_fk [N]"
     assert right.get_xscale() == "linear"
-    (level,) = lines(right, "viscous, no dry friction")
+    (level,) = labelled(right, "viscous, no dry friction")
     assert len(set(level.get_ydata())) == 1
 
 
@@ -166,7 +156,7 @@ def test_gap_is_left_and_marked_where_there_is_no_number():
     for panel in figure.axes:
         line = panel.lines[0]
         assert np.isnan(line.get_ydata()).tolist() == [False, True, False, True]
-        (mark,) = lines(panel, "not settled")
+        (mark,) = labelled(panel, "not settled")
         assert list(mark.get_xdata()) == [2.0]
         # A point between two gaps has no line to show it.
         assert any(list(other.get_xdata()) == [1.0, 3.0] for other in panel.lines[1:])
@@ -251,7 +241,9 @@ def test_panel_of_nothing_but_zeros_has_a_scale_of_one_and_no_other():
     lost = spoil(stuck, NOT_SETTLED, *range(3))
     assert draw_stroke(lost).axes[0].get_ylim() == (0, 1)
     beside = draw_stroke(sweep(*axes(frequency=[1, 2, 4]), force=500.0)).axes[0]
-    assert beside.get_ylim()[1] > max(lines(beside, "viscous, no dry friction")[0].get_ydata())
+    assert beside.get_ylim()[1] > max(
+        labelled(beside, "viscous, no dry friction")[0].get_ydata()
+    )
 
 
 def test_every_curve_lies_within_its_panel_where_a_lower_row_reaches_higher():
@@ -285,10 +277,10 @@ FORCES_AND_LIMITS = "zip: {friction.kinetic: [45, 15, 5], stroke.limit: [6 mm, 1
 def test_keys_that_walk_together_are_one_line_for_each_place(tmp_path):
     made = zipped(tmp_path, f"excitation.frequency: [1, 2, 3, 4, 5], {FORCES_AND_LIMITS}")
     (panel,) = draw_stroke(solved(made)).axes
-    (bare,) = lines(panel, "F_fk 5 N, limit 0.009 m")
+    (bare,) = labelled(panel, "F_fk 5 N, limit 0.009 m")
     assert panel.get_xlabel() == "frequency [Hz]"
     assert len(bare.get_xdata()) == 5
-    dashed = lines(panel, "stroke limit per line")
+    dashed = labelled(panel, "stroke limit per line")
     assert [set(line.get_ydata()) for line in dashed] == [{6.0}, {12.0}, {9.0}]
 
 
@@ -305,7 +297,7 @@ def test_comparison_has_a_panel_for_each_place_of_keys_that_walk_together(tmp_pa
     _, *panels = draw_comparison(compare(made, "switch vs stick-slip")).axes
     assert len(panels) == 6
     for panel in panels[::2]:
-        assert len(lines(panel, "stick-slip")[0].get_xdata()) == 5
+        assert len(labelled(panel, "stick-slip")[0].get_xdata()) == 5
 
 
 def test_comparison_of_a_sample_draws_points_and_no_line_between_them(tmp_path):
@@ -313,7 +305,7 @@ def test_comparison_of_a_sample_draws_points_and_no_line_between_them(tmp_path):
     made = zipped(tmp_path, f"sample: {{kind: latin, count: 20, seed: 1, over: {over}}}")
     _, *panels = draw_comparison(compare(made, "switch vs stick-slip")).axes
     assert len(panels) == 2
-    (points,) = lines(panels[0], "stick-slip")
+    (points,) = labelled(panels[0], "stick-slip")
     assert (points.get_linestyle(), points.get_marker()) == ("None", ".")
     assert len(points.get_xdata()) == 20
 
@@ -393,9 +385,9 @@ def test_stroke_shows_its_limit_and_marks_every_case_that_meets_it():
     figure = draw_stroke(table)
     (panel,) = figure.axes
     assert "[mm]" in panel.get_title("left")
-    (limit,) = lines(panel, "stroke limit 12 mm")
+    (limit,) = labelled(panel, "stroke limit 12 mm")
     assert set(limit.get_ydata()) == {12.0}
-    (met,) = lines(panel, "limit exceeded")
+    (met,) = labelled(panel, "limit exceeded")
     beyond = [row for row in table.own if row.metrics["violations"]]
     assert len(met.get_xdata()) == len(beyond) > 0
     assert all(peak >= 12.0 for peak in met.get_ydata())
@@ -452,11 +444,11 @@ def test_comparison_shows_motion_transmissibility_and_deviation():
     assert len(panels) == 4
     assert "aᵤ 0.33 m/s²: Tₐ [–]" in panels[0].get_title("left")
     assert "aᵤ 0.33 m/s²: deviation of Tₐ [%]" in panels[1].get_title("left")
-    (line,) = lines(panels[1], "signum")
+    (line,) = labelled(panels[1], "signum")
     found = [row for row in made.table.of("signum") if row.point[RMS] == 0.33]
     assert list(line.get_ydata()) == [100 * made.deviation(row) for row in found]
-    assert not lines(panels[1], "stick-slip")
-    assert len(lines(panels[1], "viscous")[0].get_xdata()) == 3
+    assert not labelled(panels[1], "stick-slip")
+    assert len(labelled(panels[1], "viscous")[0].get_xdata()) == 3
     assert {"signum", "smooth", "stick-slip", "viscous", "within ±5 %"} <= set(legend(figure))
 
 
@@ -610,12 +602,12 @@ def test_stroke_of_a_sweep_is_drawn_in_the_unit_in_which_its_peak_is_told(
     table = solved(load(tmp_path / "s.yaml"))
     (panel,) = draw_stroke(table).axes
     assert panel.get_title("left").endswith(f"[{unit}]")
-    assert lines(panel, f"stroke limit {limit:g} {unit}")[0].get_ydata()[0] == pytest.approx(
+    assert labelled(panel, f"stroke limit {limit:g} {unit}")[0].get_ydata()[0] == pytest.approx(
         limit
     )
     show(table)
     (told,) = [row for row in capsys.readouterr().out.splitlines() if "peak |x_r|" in row]
-    peak = max(lines(panel, "stick-slip")[0].get_ydata())
+    peak = max(labelled(panel, "stick-slip")[0].get_ydata())
     assert told.split()[2:4] == [wording.format_number(peak), unit]
     assert f"{wording.format_number(peak, digits=3)} {unit}" in repr(table)
 
@@ -643,7 +635,7 @@ def test_numbers_below_an_axis_do_not_touch(table, least):
 def test_stroke_limit_that_rises_above_the_panel_leaves_it_at_the_top(tmp_path):
     table = solved(zipped(tmp_path, "stroke.limit: [10 mm, 20 mm, 500 mm]"))
     (panel,) = draw_stroke(table).axes
-    (limit,) = lines(panel, "stroke limit")
+    (limit,) = labelled(panel, "stroke limit")
     peak = 1e3 * table.rows[0].metrics["x_r_peak"]
     assert list(limit.get_ydata()) == pytest.approx([10, 20, 500])
     assert 3.0 * peak < panel.get_ylim()[1] < 4.0 * peak

@@ -25,12 +25,6 @@ def keys(seat):
     return read_document(seat).value
 
 
-@pytest.fixture(name="drysim_command")
-def command(drysim):
-    """Return `drysim` as a function; the name of the fixture is that of the package."""
-    return drysim
-
-
 def test_scenario_of_a_mapping_or_of_text_is_that_of_the_file(seat, keys):
     loaded = drysim.load(seat)
     for source in (keys, SEAT):
@@ -121,9 +115,9 @@ def test_problems_are_those_of_the_command(seat, keys, place):
         drysim.validate(5)
 
 
-def test_words_are_explained_as_by_the_command(drysim_command):
+def test_words_are_explained_as_by_the_command(command):
     for word in ("T_a", "friction.kinetic", "stroke-violated", "--resume"):
-        assert f"{drysim.explain(word)}\n" == drysim_command("explain", word).out
+        assert f"{drysim.explain(word)}\n" == command("explain", word).out
     with pytest.raises(UsageError, match=r"nothing is known about `T_aa`; did you mean"):
         drysim.explain("T_aa")
 

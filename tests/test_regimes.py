@@ -291,12 +291,6 @@ def test_legend_of_a_map_names_the_point_of_the_scenario(paper):
 # The command.
 
 
-@pytest.fixture
-def command(drysim):
-    """Return `drysim` as a function; the name of the fixture is that of the package."""
-    return drysim
-
-
 def test_command_writes_lines_picture_and_report(command, tmp_path):
     (tmp_path / "plane.yaml").write_text(f"drysim: 1\n{PAPER}{OVER}")
     done = command("map", "plane.yaml", "--report")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from law_scenes import elastic_law
 from outcomes import PAPER, SINE, STICKY, outcome, record
+from shown import labelled, legend
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import (
@@ -145,16 +146,9 @@ def test_long_record_gets_a_zoomed_view_and_every_axis_its_unit():
     below = [panel.get_xlabel() for panel in figure.axes if panel.get_xlabel()]
     assert len(below) == 4
     assert all("[" in label for label in below)
-    (legend,) = figure.legends
-    shown = [text.get_text() for text in legend.get_texts()]
+    shown = legend(figure)
     assert len(shown) == len(set(shown))
     assert {"mass ẍ", "base ü", "stroke limit ±10 mm"} <= set(shown)
-
-
-def labelled(axes, label):
-    """Return the one line of a panel that carries a label."""
-    (line,) = (line for line in axes.lines if line.get_label() == label)
-    return line
 
 
 @pytest.mark.parametrize("made", [outcome(), outcome(motion=record(24_000), duration=None)])
@@ -162,7 +156,7 @@ def test_mass_is_drawn_above_a_lighter_and_thinner_base(made):
     from matplotlib.colors import to_rgb
 
     above = draw(made).axes[-4]
-    mass, base = labelled(above, "mass ẍ"), labelled(above, "base ü")
+    (mass,), (base,) = labelled(above, "mass ẍ"), labelled(above, "base ü")
     assert mass.get_zorder() > base.get_zorder()
     assert mass.get_linewidth() > base.get_linewidth()
     assert sum(to_rgb(mass.get_color())) < 0.5 * sum(to_rgb(base.get_color()))
@@ -187,23 +181,20 @@ def test_line_with_very_many_turning_points_is_thin():
     rough = np.random.Generator(np.random.PCG64(1)).standard_normal(2_000)
     made = outcome(motion=record(2_000)._replace(u_dd=rough), duration=None)
     smooth = outcome()
-    widths = [labelled(draw(one).axes[-4], "mass ẍ").get_linewidth() for one in (made, smooth)]
+    widths = [
+        labelled(draw(one).axes[-4], "mass ẍ")[0].get_linewidth() for one in (made, smooth)
+    ]
     assert widths == [THIN_LINEWIDTH, MASS_STYLE["linewidth"]]
     level = np.where(np.arange(4_000) % 2, 45.0, np.nextafter(45.0, 0.0))
     assert mass_style(np.append(level, -45.0)) == MASS_STYLE
     assert mass_style(level[:1]) == mass_style(np.array([np.nan])) == MASS_STYLE
 
 
-def legend(figure):
-    """Return the legend of a picture."""
-    return {text.get_text() for one in figure.legends for text in one.get_texts()}
-
-
 def test_contact_that_is_a_spring_holds_while_the_mass_is_never_stuck():
     made = outcome(elastic_law(30.0, 20e3))
     assert made.metrics["stuck_share"] == 0.0
-    assert {"no slip", "friction limit"} <= legend(draw(made))
-    assert {"stuck", "static limit"} <= legend(draw(outcome(CoulombLaw(45.0, 54.0))))
+    assert {"no slip", "friction limit"} <= {*legend(draw(made))}
+    assert {"stuck", "static limit"} <= {*legend(draw(outcome(CoulombLaw(45.0, 54.0))))}
 
 
 LAWS = {

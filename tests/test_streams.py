@@ -14,11 +14,11 @@ from functools import partial
 
 import pytest
 from cluster_scenes import blocks_in
+from seat import tree
 
 from drysim.cli import process
 from drysim.console import summary, terminal
 from drysim.parallel import map_in_order
-from test_cli import tree
 
 FULL = pytest.mark.skipif(
     not os.path.exists("/dev/full"), reason="needs a device that is always full"

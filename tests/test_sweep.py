@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from seat import rows_of
+from shown import show
 
 from drysim import output
 from drysim.errors import ScenarioError
@@ -30,7 +31,6 @@ from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, OK, Batch, 
 from drysim.study.store import Store, work_identity
 from drysim.study.sweep import partial_table, solve, sweep
 from drysim.study.table import Table, Tally
-from tools.shown import show
 
 # Sweeps: every case in order, whatever the workers, the interruptions and the statuses.
 

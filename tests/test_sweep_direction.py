@@ -7,6 +7,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from shown import show
 
 from drysim import plot
 from drysim.errors import ScenarioError
@@ -20,7 +21,6 @@ from drysim.study.preparation import prepare
 from drysim.study.run import MotionCache
 from drysim.study.sweep import sweep
 from drysim.yaml_document import dump
-from tools.shown import show
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}

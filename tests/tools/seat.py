@@ -53,3 +53,12 @@ def dotted(words: Mapping[str, object]) -> dict[str, object]:
 def rows_of(file: Path) -> list[dict[str, str]]:
     """Return the rows of a CSV file by the names of their columns."""
     return list(csv.DictReader(Path(file).read_text(encoding="utf-8").splitlines()))
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    """Return the content of every file below a folder by its path there."""
+    return {
+        str(file.relative_to(folder)): file.read_bytes()
+        for file in sorted(folder.rglob("*"))
+        if file.is_file()
+    }

@@ -1,4 +1,4 @@
-"""A result on the console, as its command shows it."""
+"""What people see: a result on the console, and the words and curves of a picture."""
 
 from pathlib import Path
 
@@ -11,3 +11,13 @@ def show(result, folder: Path | None = None):
     summary = kind_of(result).summary(result)
     complete = getattr(result, "complete", True)
     show_summary(summary, folder if complete else None, result.warnings)
+
+
+def legend(figure) -> list[str]:
+    """Return the entries of the legend of a picture."""
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def labelled(axes, label: str) -> list:
+    """Return the curves of a panel that carry a label."""
+    return [line for line in axes.lines if line.get_label() == label]
