@@ -27,24 +27,25 @@ $(READY): pyproject.toml
 	  { echo "drysim needs Python 3.11 or newer; name one: make PYTHON=python3.11 install" >&2; exit 1; }
 	@echo "installing drysim into $(VENV): numpy, scipy, numba, matplotlib and some more"
 	@$(PYTHON) -m venv $(VENV)
+	@$(RUN) pip install --quiet --disable-pip-version-check --upgrade 'pip>=25.1' # knows --group
 	@$(RUN) pip install --quiet --disable-pip-version-check --editable .
 	@$(RUN) compileall -q src
 	@touch $@
 
 $(TOOLS): $(READY)
 	@echo "installing the developers' tools into $(VENV)"
-	@$(RUN) pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@$(RUN) pip install --quiet --disable-pip-version-check --editable . --group dev
 	@touch $@
 
 fmt: $(TOOLS) ## put the code into shape
-	$(RUN) ruff check --fix src tests
-	$(RUN) ruff format src tests
+	$(RUN) ruff check --fix src tests docs
+	$(RUN) ruff format src tests docs
 
 lint: $(TOOLS) ## ruff: rules and shape; codespell
-	$(RUN) ruff check src tests
+	$(RUN) ruff check src tests docs
 	$(RUN) ruff check --quiet --preview --select PLW1514 src # each file names its encoding
-	$(RUN) ruff format --check src tests
-	$(RUN) codespell_lib src scenarios README.md
+	$(RUN) ruff format --check src tests docs
+	$(RUN) codespell_lib src scenarios docs README.md
 
 types: $(TOOLS) ## mypy, strict, for Linux, macOS and Windows
 	$(foreach system,linux darwin win32,$(RUN) mypy --platform $(system) --cache-dir .mypy_cache/$(system) &&) true
@@ -60,8 +61,9 @@ minimum: $(MINIMUM)/.ready ## the same tests on the lowest versions that drysim 
 
 $(MINIMUM)/.ready: pyproject.toml tests/minimum.txt
 	$(OLDEST) -m venv --clear $(MINIMUM)
+	$(MINIMUM)/bin/python -m pip install --quiet --disable-pip-version-check --upgrade 'pip>=25.1'
 	$(MINIMUM)/bin/python -m pip install --quiet --disable-pip-version-check \
-	  --constraint tests/minimum.txt --editable '.[test]'
+	  --constraint tests/minimum.txt --editable . --group test
 	@touch $@
 
 # Some of the slow tests start processes of their own.
@@ -117,7 +119,7 @@ readme: $(TOOLS) ## write tables and console output of README.md and the manual 
 	$(VENV)/bin/python tests/tools/readme.py
 
 docs: $(TOOLS) ## build the manual as a web site in out/site
-	$(VENV)/bin/python tests/tools/docs.py out/site
+	$(VENV)/bin/python docs/build.py out/site
 
 pictures: $(TOOLS) ## draw the pictures of README.md and the manual
 	$(VENV)/bin/python scenarios/pictures/draw.py

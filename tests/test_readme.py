@@ -200,7 +200,7 @@ def test_every_make_target_named_is_there():
 
 def test_site_holds_every_page_and_needs_no_network(tmp_path):
     pytest.importorskip("mkdocs")
-    command = [sys.executable, str(ROOT / "tests" / "tools" / "docs.py"), str(tmp_path)]
+    command = [sys.executable, str(ROOT / "docs" / "build.py"), str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr  # a broken link or anchor is an error
     html = {file.relative_to(tmp_path): file.read_text() for file in tmp_path.rglob("*.html")}

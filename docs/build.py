@@ -1,8 +1,8 @@
-"""Build the manual as a static web site: `make docs`, or `python tests/tools/docs.py FOLDER`.
+"""Build the manual as a static web site: `make docs`, or `python docs/build.py FOLDER`.
 
-The pages are those of `drysim manual`, the pictures those of the gallery, the first page is the
-README. The site needs no network and no server: fonts are those of the system, and its search
-works on pages opened from files, too.
+The pages are those of `drysim manual`, in `src/drysim/manual`, the pictures those of the
+gallery, the first page is the README. The site needs no network and no server: fonts are those
+of the system, and its search works on pages opened from files, too.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from mkdocs.config import load_config
 
 from drysim.manual import SECTIONS, pages
 
-ROOT = Path(__file__).parents[2]
+HOME = Path(__file__).parent
+ROOT = HOME.parent
 PICTURES = ROOT / "scenarios" / "pictures"
-ADDITIONS = Path(__file__).with_name("site")
+ADDITIONS = "style.css", "iframe-worker.js"
 LINK = re.compile(r"(?<=\]\()(?!https?:|#)([^)#]+)")
 CODE = re.compile(r"(?<!<pre>)<code>([^<]+)</code>")
 WORD = re.compile(r"(?<!\S)\S{1,40}(?!\S)")
@@ -30,7 +31,9 @@ WORD = re.compile(r"(?<!\S)\S{1,40}(?!\S)")
 def write_sources(folder: Path) -> None:
     """Write the pages into a folder, with links that hold in the site."""
     shutil.copytree(PICTURES, folder / "pictures", ignore=shutil.ignore_patterns("*.py", "__*"))
-    shutil.copytree(ADDITIONS, folder / "assets")
+    (folder / "assets").mkdir()
+    for name in ADDITIONS:
+        shutil.copy(HOME / name, folder / "assets")
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     (folder / "index.md").write_text(LINK.sub(of_readme, readme), encoding="utf-8")
     for page in pages().values():
@@ -42,7 +45,7 @@ def write_sources(folder: Path) -> None:
 def of_readme(link: re.Match[str]) -> str:
     """Return a link of the README as the site has it."""
     target = link[0].replace("scenarios/pictures/", "pictures/")
-    return target.replace("src/drysim/manual/", "").replace("src/drysim/LICENSE", "LICENSE.txt")
+    return target.replace("src/drysim/manual/", "").replace("LICENSE", "LICENSE.txt")
 
 
 def of_page(link: re.Match[str]) -> str:
@@ -67,7 +70,7 @@ def build_site(out: Path) -> None:
         sources = Path(place, "docs")
         sources.mkdir()
         write_sources(sources)
-        shutil.copy(ROOT / "src" / "drysim" / "LICENSE", sources / "LICENSE.txt")
+        shutil.copy(ROOT / "LICENSE", sources / "LICENSE.txt")
         config = Path(place, "mkdocs.yml")
         config.write_text("site_name: drysim\n", encoding="utf-8")
         build(
