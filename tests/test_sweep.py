@@ -646,8 +646,8 @@ def test_case_without_metrics_fails_the_checks_that_apply_to_it(status):
         assert dict(zip(texts, (v.passed for v in tally.verdicts), strict=True)) == texts
         every, here, *_, none = tally.verdicts
         assert every.where == here.where == lost
-        assert every.found == f"{status}: x_r_peak is not known"
-        assert none.found == "no case meets the condition"
+        assert every.described_value == f"{status}: x_r_peak is not known"
+        assert none.described_value == "no case meets the condition"
 
 
 def test_row_of_a_block_is_that_of_its_iteration(tally_many):

@@ -27,12 +27,12 @@ def show_page(page: Page) -> None:
 
 def list_pages() -> None:
     """Show the names and titles of all pages, by section."""
-    known = pages()
-    width = 2 + max(map(len, known))
+    all_pages = pages()
+    width = 2 + max(map(len, all_pages))
     for section, names in SECTIONS.items():
         terminal.print_stdout(section)
         for name in names:
-            terminal.print_stdout(f"  {name:<{width}}{known[name].title}")
+            terminal.print_stdout(f"  {name:<{width}}{all_pages[name].title}")
 
 
 def explain(word: str) -> str:

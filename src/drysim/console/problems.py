@@ -52,13 +52,13 @@ def show_error(fault: DrysimError) -> None:
 
 
 def show_problems(
-    found: Mapping[str, Sequence[Problem]], form: str = "text", strict: bool = False
+    problems_by_file: Mapping[str, Sequence[Problem]], form: str = "text", strict: bool = False
 ) -> None:
     """Show the problems of scenario files on stdout.
 
     Parameters
     ----------
-    found : mapping
+    problems_by_file : mapping
         Problems by file as it was named; none for a valid file.
     form : str
         `text`, `json` or `github`.
@@ -66,16 +66,16 @@ def show_problems(
         Whether warnings count as errors.
     """
     if form == "json":
-        print(json.dumps(_to_dict(found), indent=2))
+        print(json.dumps(_to_dict(problems_by_file), indent=2))
         return
     console = stdout()
     if form == "github":
-        for problems in found.values():
+        for problems in problems_by_file.values():
             for problem in problems:
                 print_workflow_command(console, _github_annotation(problem))
         return
-    for at, (file, problems) in enumerate(found.items()):
-        if at:
+    for number, (file, problems) in enumerate(problems_by_file.items()):
+        if number:
             print_line(console)
         _print_heading(console, file, problems, strict)
         _print_problems(console, problems)
@@ -135,7 +135,7 @@ def _excerpt(problem: Problem) -> tuple[str, int]:
     ), column
 
 
-def _to_dict(found: Mapping[str, Sequence[Problem]]) -> dict[str, object]:
+def _to_dict(problems_by_file: Mapping[str, Sequence[Problem]]) -> dict[str, object]:
     """Return all problems as one JSON object; an unknown line or column is None."""
     files = [
         {
@@ -151,7 +151,7 @@ def _to_dict(found: Mapping[str, Sequence[Problem]]) -> dict[str, object]:
                 for problem in problems
             ],
         }
-        for file, problems in found.items()
+        for file, problems in problems_by_file.items()
     ]
     return {"format": 1, "files": files}
 
@@ -159,11 +159,11 @@ def _to_dict(found: Mapping[str, Sequence[Problem]]) -> dict[str, object]:
 def _github_annotation(problem: Problem) -> str:
     """Return a problem as a GitHub workflow command."""
     places = {"file": problem.file, "line": problem.line, "col": problem.column}
-    known = ",".join(
+    properties = ",".join(
         f"{key}={_escape_property(str(value))}" for key, value in places.items() if value
     )
     level = GITHUB_LEVELS.get(problem.severity, problem.severity)
-    return f"::{level} {known}::{_escape_data(problem.sentence)}"
+    return f"::{level} {properties}::{_escape_data(problem.sentence)}"
 
 
 def _escape_data(text: str) -> str:

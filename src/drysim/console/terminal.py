@@ -78,13 +78,13 @@ class PlainConsole:
                 return os.get_terminal_size(stream).columns or DEFAULT_WIDTH
         return DEFAULT_WIDTH
 
-    def print(self, words: str = "") -> None:
+    def print(self, text: str = "") -> None:
         """Write one line."""
         try:
-            self.file.write(f"{words}\n")
+            self.file.write(f"{text}\n")
         except UnicodeEncodeError:  # a stream with a small character set
             encoding = self.file.encoding
-            self.file.write(words.encode(encoding, "replace").decode(encoding) + "\n")
+            self.file.write(text.encode(encoding, "replace").decode(encoding) + "\n")
 
 
 def is_plain_stream(file: TextIO) -> bool:
@@ -122,37 +122,37 @@ def print_line(console: AnyConsole, *texts: Styled) -> None:
         Text, or text and its style. Control characters are escaped, brackets are no markup.
     """
     parts = (piece if isinstance(piece, tuple) else (piece, "") for piece in texts)
-    shown = [(_printable(words), style) for words, style in parts]
-    if WORKFLOW_COMMAND.match("".join(words for words, _ in shown)):
+    shown = [(_printable(text), style) for text, style in parts]
+    if WORKFLOW_COMMAND.match("".join(text for text, _ in shown)):
         shown.insert(0, ("\\", ""))
     _print(
         console,
-        [(INLINE_WORKFLOW_COMMAND.sub(r"# #\1", words), style) for words, style in shown],
+        [(INLINE_WORKFLOW_COMMAND.sub(r"# #\1", text), style) for text, style in shown],
     )
 
 
-def print_workflow_command(console: AnyConsole, words: str) -> None:
+def print_workflow_command(console: AnyConsole, command: str) -> None:
     """Print one line that the runner of a workflow shall execute as a command."""
-    _print(console, [(_printable(words), "")])
+    _print(console, [(_printable(command), "")])
 
 
 def print_stdout(text: str) -> None:
     """Print plain text on stdout, line by line."""
-    for words in text.split("\n"):
-        print_line(stdout(), words)
+    for line in text.split("\n"):
+        print_line(stdout(), line)
 
 
 def print_stderr(text: str) -> None:
     """Print plain text on stderr, line by line."""
-    for words in text.split("\n"):
-        print_line(stderr(), words)
+    for line in text.split("\n"):
+        print_line(stderr(), line)
 
 
 def _print(console: AnyConsole, parts: list[tuple[str, str]]) -> None:
     """Print a line; an error of stderr is ignored, because nothing is left to report it on."""
     try:
         if isinstance(console, PlainConsole):
-            console.print("".join(words for words, _ in parts))
+            console.print("".join(text for text, _ in parts))
         else:
             from rich.text import Text
 
@@ -162,25 +162,25 @@ def _print(console: AnyConsole, parts: list[tuple[str, str]]) -> None:
             raise
 
 
-def print_paragraph(console: AnyConsole, head: str, words: str, style: str = "") -> None:
+def print_paragraph(console: AnyConsole, head: str, text: str, style: str = "") -> None:
     """Print wrapped text behind a label; further lines are indented by its width."""
-    lines = wrap(console, words, len(head))
+    lines = wrap(console, text, len(head))
     print_line(console, (head, style), *lines[:1])
     for continuation in lines[1:]:
         print_line(console, " " * len(head), continuation)
 
 
-def wrap(console: AnyConsole, words: str, head: int) -> list[str]:
+def wrap(console: AnyConsole, text: str, head: int) -> list[str]:
     """Return text wrapped to the console, less `head` columns for a label."""
     width = max(min(max(console.width, MIN_WIDTH), MAX_WIDTH) - head, 20)
-    return textwrap.wrap(sanitise(words), width, break_long_words=False, break_on_hyphens=False)
+    return textwrap.wrap(sanitise(text), width, break_long_words=False, break_on_hyphens=False)
 
 
-def _printable(words: str) -> str:
+def _printable(text: str) -> str:
     """Return text on one line, control characters escaped; blanks stay for alignment."""
     return "".join(
         character if character.isprintable() else sanitise(character) or " "
-        for character in words
+        for character in text
     )
 
 
@@ -239,8 +239,8 @@ def _print_plain_table(console: PlainConsole, columns: Columns) -> None:
     print_line(console)
     widths = [max(map(len, column)) for column in columns]
     for row in zip(*columns, strict=True):
-        words = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        print_line(console, "  ".join(words).rstrip())
+        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        print_line(console, "  ".join(cells).rstrip())
 
 
 @contextmanager

@@ -132,8 +132,11 @@ class Check:
 
     def with_values(self, here: Mapping[str, float | None]) -> Check:
         """Return the check for a scenario in which some keys have these values."""
-        known = (replace(one, here=here.get(one.key, one.here)) for one in self.conditions)
-        return replace(self, conditions=tuple(known))
+        conditions = (
+            replace(condition, here=here.get(condition.key, condition.here))
+            for condition in self.conditions
+        )
+        return replace(self, conditions=tuple(conditions))
 
     def over_seeds(self, values: Column) -> Any:
         """Return the value over several seeds that the check judges.
@@ -170,11 +173,11 @@ class Check:
         `points` are columns of the keys that differ between the `count` cases, shape (count,).
         """
         applies = np.ones(count, dtype=bool)
-        for one in self.conditions:
-            here = np.nan if one.here is None else one.here
-            column = points.get(one.key, np.full(count, here))
+        for condition in self.conditions:
+            here = np.nan if condition.here is None else condition.here
+            column = points.get(condition.key, np.full(count, here))
             column = np.where(np.isnan(column), here, column)
-            applies &= COMPARISONS[one.op](column, one.limit)
+            applies &= COMPARISONS[condition.op](column, condition.limit)
         return applies
 
     def worst(self, judged: Column, values: Column) -> int | None:
@@ -285,7 +288,7 @@ class Verdict:
         """The check and its result."""
         outcome = {True: "holds", False: "fails", None: "skipped"}[self.passed]
         parted = ";" if self.reason else self.share and ","
-        return f"{self.check}: {outcome}{self.share}{parted} {self.found}{self.place}"
+        return f"{self.check}: {outcome}{self.share}{parted} {self.described_value}{self.place}"
 
     @property
     def share(self) -> str:
@@ -305,7 +308,7 @@ class Verdict:
         return bool(self.failed_seeds) and not in_cases and self.check.judges == EVERY_SEED
 
     @property
-    def found(self) -> str:
+    def described_value(self) -> str:
         """Value of the metric in the unit of the check, or the reason for its absence."""
         if self.value is None:
             return self.reason
@@ -317,10 +320,10 @@ class Verdict:
             format_unit(check.unit or unit),
         )
         if self.half_width:
-            words = format_interval(value, self.half_width / scale, unit)
+            value_text = format_interval(value, self.half_width / scale, unit)
         else:
-            words = format_number(value, unit, _distinguishing_digits(value, limit))
-        return f"with {words}{self._described_seeds}"
+            value_text = format_number(value, unit, _distinguishing_digits(value, limit))
+        return f"with {value_text}{self._described_seeds}"
 
     @property
     def _described_seeds(self) -> str:
@@ -399,10 +402,10 @@ def _parse_condition(text: str, units: Mapping[str, str] | None) -> Condition:
         return Condition(STATUS, "==", 0.0, here=0.0)
     form = _CONDITION_PATTERN.fullmatch(text)
     if form is None:
-        found = f"at{text}" if text.strip() else "at"
+        text_given = f"at{text}" if text.strip() else "at"
         example = "at excitation.frequency >= 8"
         raise ValueError(
-            f"write `at key >= value`, such as `{example}`, not {format_value(found)}"
+            f"write `at key >= value`, such as `{example}`, not {format_value(text_given)}"
         )
     key, op = form["key"], form["op"]
     if units is not None and key not in units:

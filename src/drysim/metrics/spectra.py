@@ -140,13 +140,13 @@ def third_octaves(
     f: Floats = np.arange(1, (n + 1) // 2) / (n * dt)
     powers = np.arange(len(BANDS) + 1) + FIRST_BAND - 0.5
     edges = 10.0 ** (powers / 10.0)
-    known = (np.diff(edges) >= 1.0 / (n * dt)) & (edges[1:] <= 0.5 / dt)
+    is_resolved = (np.diff(edges) >= 1.0 / (n * dt)) & (edges[1:] <= 0.5 / dt)
 
     def band_rms(series: Floats, gain: Complexes | float = 1.0) -> Floats:
         """Return the RMS in each band of a series with this gain at the lines."""
         lines = np.fft.rfft(series)[1 : len(f) + 1] * gain / (n * averaging_gain(f, dt))
         square, _ = np.histogram(f, edges, weights=2.0 * np.square(np.abs(lines)))
-        return np.where(known, np.sqrt(square), np.nan)
+        return np.where(is_resolved, np.sqrt(square), np.nan)
 
     if weights is None:
         return Bands(band_rms(u_dd), band_rms(x_dd), None, None)

@@ -473,10 +473,10 @@ UNITS = {name: metric.unit for name, metric in METRICS_BY_NAME.items()}
 def evaluate(measured: Measured) -> dict[str, Any]:
     """Return every metric by name, as a number of Python or a column; None where unknown."""
     absent = tuple(need for need in NEEDS if getattr(measured, need.attribute) is None)
-    found = {name: formula and formula(measured) for name, formula in formulas_without(absent)}
+    values = {name: formula and formula(measured) for name, formula in formulas_without(absent)}
     return {
         name: value.item() if isinstance(value, np.generic) else value
-        for name, value in found.items()
+        for name, value in values.items()
     }
 
 
@@ -495,7 +495,9 @@ SHARED = "plant", "F_fk", "length", "limits", "settings"
 
 def stack(seeds: Sequence[Measured]) -> Measured:
     """Return what was measured of several seeds of a case as columns, NaN where unknown."""
-    every = {one.name: [getattr(seed, one.name) for seed in seeds] for one in fields(Measured)}
+    every = {
+        field.name: [getattr(seed, field.name) for seed in seeds] for field in fields(Measured)
+    }
     return Measured(
         **{name: each[0] if name in SHARED else column(each) for name, each in every.items()}
     )
@@ -503,11 +505,11 @@ def stack(seeds: Sequence[Measured]) -> Measured:
 
 def column(values: Sequence[Any]) -> Any:
     """Return values as a column, tuples as a tuple of columns, and None if all are None."""
-    known = next((value for value in values if value is not None), None)
-    if isinstance(known, tuple):
+    first = next((value for value in values if value is not None), None)
+    if isinstance(first, tuple):
         columns = map(column, zip(*values, strict=True))
-        return type(known)(*columns) if hasattr(known, "_fields") else tuple(columns)
-    return None if known is None else np.array(values, dtype=float)
+        return type(first)(*columns) if hasattr(first, "_fields") else tuple(columns)
+    return None if first is None else np.array(values, dtype=float)
 
 
 def measure(
@@ -625,11 +627,11 @@ def ratio(a: Any, b: Any) -> Any:
     return np.divide(a, b, out=np.full(b.shape, np.nan), where=b != 0.0)
 
 
-def where(which: Any, one: Any, other: Any) -> Any:
+def where(which: Any, first: Any, second: Any) -> Any:
     """Return one of two values, by a condition."""
     if isinstance(which, np.ndarray):
-        return np.where(which, one, other)
-    return one if which else other
+        return np.where(which, first, second)
+    return first if which else second
 
 
 def maximum(*values: Any) -> Any:

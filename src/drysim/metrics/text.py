@@ -65,8 +65,8 @@ def format_labelled(name: str, value: float | None) -> str:
 
 def format_metrics(metrics: Metrics) -> str:
     """Return the most important metrics."""
-    known = [name for name in KEY_RATIOS if metrics.get(name) is not None]
-    return ", ".join(format_labelled(name, metrics.get(name)) for name in (*known, PEAK_STROKE))
+    names = [name for name in KEY_RATIOS if metrics.get(name) is not None]
+    return ", ".join(format_labelled(name, metrics.get(name)) for name in (*names, PEAK_STROKE))
 
 
 def format_metric_range(name: str, ends: tuple[float, float]) -> str:

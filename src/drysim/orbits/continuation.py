@@ -602,21 +602,21 @@ class Continuation:
         h = DIFFERENCE / max(1.0, float(np.abs(jacobian).max()))
         h = h if p < 0.5 else -h
         # Close to a corner, stay on its side.
-        changed = None
+        neighbour = None
         for share in CORNER_DIFFERENCES:
             change = share * h
             if not self.is_within(p + change):
                 continue
             other = self.return_map(p + change, y, repetition)
             if other is not None:
-                changed, dp = other, change
+                neighbour, dp = other, change
                 if other.counts == image.counts:
                     break
-        if changed is None:
+        if neighbour is None:
             return None
         a = np.empty((n + 1, n + 1))
         a[:n, :n] = jacobian - np.eye(n)
-        a[:n, n] = (changed.state - image.state) / (dp * scale[:n])
+        a[:n, n] = (neighbour.state - image.state) / (dp * scale[:n])
         a[n] = normal
         return image, a
 

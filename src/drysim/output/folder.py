@@ -94,7 +94,7 @@ FIELD_TYPES = {
 }  # fmt: skip
 """Fields that drysim.json of every finished result has, and their types."""
 
-FIELD_WORDS = {dict: "an object", list: "a list", str: "text", bool: "true or false"}
+TYPE_NAMES = {dict: "an object", list: "a list", str: "text", bool: "true or false"}
 """The types in words of JSON."""
 
 AGAIN_HINT = "compute the result again"
@@ -411,9 +411,9 @@ def check_disk_space(folder: Path, volume: float) -> None:
 
 def format_bytes(size: float) -> str:
     """Return a number of bytes with its unit."""
-    for unit, one in BYTE_UNITS.items():
-        if size >= one:
-            return f"{size / one:.3g} {unit}"
+    for unit, bytes_per_unit in BYTE_UNITS.items():
+        if size >= bytes_per_unit:
+            return f"{size / bytes_per_unit:.3g} {unit}"
     return f"{size:.0f} bytes"
 
 
@@ -531,8 +531,8 @@ def read_stored_fields(folder: Path) -> dict[str, Any]:
     )
     try:
         if not stat.S_ISDIR(folder.stat().st_mode):
-            own = f"name its folder, {folder.parent}" if folder.name == MARKER else hint
-            raise OutputError(f"{folder} is a file, not a folder", own)
+            remedy = f"name its folder, {folder.parent}" if folder.name == MARKER else hint
+            raise OutputError(f"{folder} is a file, not a folder", remedy)
         if not _exists(file):
             raise OutputError(f"{folder} is no result of drysim: it has no {MARKER}", hint)
         if parts := _finished_parts(folder):
@@ -565,7 +565,7 @@ def read_stored_fields(folder: Path) -> dict[str, Any]:
     for name, kinds in FIELD_TYPES.items():
         if not isinstance(fields[name], kinds):
             value = shorten(json.dumps(fields[name]), 40)
-            what = f"{name} is {value}, which is not {FIELD_WORDS[kinds]}"
+            what = f"{name} is {value}, which is not {TYPE_NAMES[kinds]}"
             raise OutputError(f"{file} is damaged: {what}", AGAIN_HINT)
     return fields
 
@@ -624,9 +624,9 @@ def check_report(file: Path, folder: Path) -> None:
     OutputError
         When the file is no report of drysim, or cannot be written.
     """
-    own = file.absolute() == (folder / REPORT_FILE).absolute()
+    is_inside = file.absolute() == (folder / REPORT_FILE).absolute()
     with translate_os_errors(file):
-        if own:
+        if is_inside:
             check_report_place(folder)
         elif file.is_dir():
             raise OutputError(f"{file} is a folder", f"name a file, as {file / REPORT_FILE}")
@@ -791,10 +791,10 @@ def remove_folder(folder: Path) -> None:
 def note_on_files(folder: Path, fields: dict[str, Any]) -> Note:
     """Return whether all files of a result have the hashes in its drysim.json."""
     files = {name: sha for name, sha in fields["files"].items() if name != REPORT_FILE}
-    found = {name: sha256_of(folder / name) for name in files}
-    lost = [name for name, sha in found.items() if not sha]
-    changed = [name for name, sha in found.items() if sha and sha != files[name]]
-    states = {"Changed since drysim wrote them": changed, "Missing or unreadable": lost}
+    hashes = {name: sha256_of(folder / name) for name in files}
+    lost = [name for name, sha in hashes.items() if not sha]
+    modified = [name for name, sha in hashes.items() if sha and sha != files[name]]
+    states = {"Changed since drysim wrote them": modified, "Missing or unreadable": lost}
     if parts := [f"{state}: {', '.join(names)}." for state, names in states.items() if names]:
         return Note("files", " ".join(parts), BAD)
     count = format_count(len(files), "file")

@@ -156,7 +156,7 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
     parts = (summary, *summary.parts)
     tables = list(metric_tables(fields))
     # A bench and the hard cases have several scenarios.
-    scenarios = [one["scenario"] for one in fields.get("cases", [fields])]
+    scenarios = [case["scenario"] for case in fields.get("cases", [fields])]
     return environment.get_template(TEMPLATE).render(
         fields=fields,
         summary=summary,
@@ -179,7 +179,10 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
         rows=rows,
         tables=[
             (title or table.title, list(zip(*table.columns, strict=True)))
-            for title, part in (("", summary), *((one.name, one) for one in summary.parts))
+            for title, part in (
+                ("", summary),
+                *((panel.name, panel) for panel in summary.parts),
+            )
             for table in (*filter(None, [part.table]), *part.details)
             if table.columns
         ],
@@ -285,10 +288,10 @@ def visible(value: Any) -> Any:
     if type(value) is not str:  # markup of the page itself stays
         return value
     return "".join(
-        one
-        if one.isprintable() or one == "\n" or category(one) == SPACE
-        else one.encode("unicode_escape").decode()
-        for one in value
+        character
+        if character.isprintable() or character == "\n" or category(character) == SPACE
+        else character.encode("unicode_escape").decode()
+        for character in value
     )
 
 
@@ -391,7 +394,7 @@ def lost_rows(fields: Fields, summary: Summary) -> Iterator[Row]:
 
 def meaning_of_row(row: Row, fields: Fields) -> str:
     """Return the meaning of the metric or of the fitted key of a row; empty for another."""
-    keys = [one["key"] for one in fields.get("fit", {}).get("parameters", ())]
+    keys = [parameter["key"] for parameter in fields.get("fit", {}).get("parameters", ())]
     of_key = {short_key(key, keys): key for key in keys}
     if row.label in of_key:
         return meanings(of_key[row.label])
@@ -403,9 +406,9 @@ def legend(rows: Sequence[Row], kind: str) -> list[tuple[str, str]]:
     names = {re.sub("[+-](?=[0-9])", "±", row.label) for row in rows}
     text = " ".join(f"{row.value} {row.remark}" for row in rows)
     return [
-        (one.word, one.text)
-        for one in entries()
-        if one.kind == kind and (one.word in names or one.word in text)
+        (entry.word, entry.text)
+        for entry in entries()
+        if entry.kind == kind and (entry.word in names or entry.word in text)
     ]
 
 
@@ -416,23 +419,25 @@ def meaning_of_metric(name: str) -> str:
 
 def meanings(word: str, kind: str = "") -> str:
     """Return what `drysim explain` says about a word, or about a word of that kind."""
-    texts = (one.text for one in explain(word) if kind in ("", one.kind))
+    texts = (entry.text for entry in explain(word) if kind in ("", entry.kind))
     return " ".join(dict.fromkeys(texts))
 
 
 def warnings_by_slug(fields: Fields) -> Iterator[tuple[str, str, list[str], int]]:
     """Yield slug, meaning, the first sentences of the warnings and how many more there are."""
-    counts = Counter(one["slug"] for one in fields["warnings"])
+    counts = Counter(warning["slug"] for warning in fields["warnings"])
     for slug, count in counts.items():
-        sentences = [one["sentence"] for one in fields["warnings"] if one["slug"] == slug]
+        sentences = [
+            warning["sentence"] for warning in fields["warnings"] if warning["slug"] == slug
+        ]
         shown = sentences[:MAX_ALIKE]
         yield slug, meanings(slug, WARNING), shown, count - len(shown)
 
 
 def metric_tables(fields: Fields) -> Iterator[tuple[str, list[list[str]]]]:
     """Yield approach and table of metrics in SI units by rows, header first."""
-    found = fields.get("ensemble", fields)["metrics"]
-    for approach, metrics in stored.metric_tables(found):
+    stored_metrics = fields.get("ensemble", fields)["metrics"]
+    for approach, metrics in stored.metric_tables(stored_metrics):
         rows = list(zip(*stored.metric_columns(metrics), strict=True))
         if not rows:  # of a damaged result
             continue
@@ -459,18 +464,20 @@ def evidence(fields: Fields) -> Lines:
         yield "solution", f"{why}."
     residual = numerics.get("energy_residual", metrics.get("energy_residual"))
     if residual is not None:
-        words = f"{format_number(residual, digits=2)}: {meaning_of_metric('energy_residual')}. "
+        sentence = (
+            f"{format_number(residual, digits=2)}: {meaning_of_metric('energy_residual')}. "
+        )
         yield (
             "energy residual",
-            words
+            sentence
             + "Work of the base, dissipation and stored energy are integrated separately, "
             "so that a motion that turns or slides against its law would show here; rounding "
             "alone leaves about 1e-15.",
         )
     residual = numerics.get("law_residual", metrics.get("law_residual"))
     if residual is not None:
-        words = f"{format_number(residual, digits=2)}: {meaning_of_metric('law_residual')}."
-        yield "law residual", words
+        sentence = f"{format_number(residual, digits=2)}: {meaning_of_metric('law_residual')}."
+        yield "law residual", sentence
     if numerics.get("events") is not None:
         how = "located within the steps, so that there is no time-step error"
         if approach != EXACT:

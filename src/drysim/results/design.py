@@ -66,6 +66,7 @@ from drysim.wording import (
 )
 
 if TYPE_CHECKING:
+    from drysim.metrics.checks import Verdict
     from drysim.results.fields import Fields, Provenance
     from drysim.study.case import Case
     from drysim.study.design import Candidate
@@ -165,13 +166,14 @@ def condition_columns(result: DesignResult) -> list[list[str]]:
         columns.append([name, *cells])
     verdicts = [result.judge((row,)) for row in rows]
     for number, first in enumerate(verdicts[0]):
-        judged = (each[number] for each in verdicts)
-        cells = (
-            f"{check_mark(verdict.passed)[0][0]} {verdict.found.removeprefix('with ')}"
-            for verdict in judged
-        )
+        cells = (_verdict_cell(each[number]) for each in verdicts)
         columns.append([str(first.check), *cells])
     return columns
+
+
+def _verdict_cell(verdict: Verdict) -> str:
+    mark = check_mark(verdict.passed)[0][0]
+    return f"{mark} {verdict.described_value.removeprefix('with ')}"
 
 
 def _condition_cell(row: ConditionRow, name: str) -> str:

@@ -95,7 +95,7 @@ class FreeRange(Block):
     """Upper bound; default: that of the key."""
 
 
-FREE_WORDS = tuple(fields_by_key(FreeRange))
+FREE_OPTIONS = tuple(fields_by_key(FreeRange))
 """Keys of a free key in a file, in the order of `FreeKey`."""
 
 
@@ -250,7 +250,7 @@ def _validate_free(value: object) -> dict[str, FreeKey]:
         return {
             key: options
             if isinstance(options, FreeKey)
-            else FreeKey(*map(options.get, FREE_WORDS))
+            else FreeKey(*map(options.get, FREE_OPTIONS))
             for key, options in value.items()
         }
     raise ValueError("must be keys such as `friction.kinetic: {}`")
@@ -259,7 +259,7 @@ def _validate_free(value: object) -> dict[str, FreeKey]:
 def _free_words(free: Mapping[str, FreeKey]) -> dict[str, dict[str, float]]:
     """Return the free keys as a file writes them."""
     return {
-        key: {word: v for word, v in zip(FREE_WORDS, free_key, strict=True) if v is not None}
+        key: {word: v for word, v in zip(FREE_OPTIONS, free_key, strict=True) if v is not None}
         for key, free_key in free.items()
     }
 
@@ -421,7 +421,7 @@ def read_free(reading: Reading) -> dict[str, dict[str, float]]:
         elif isinstance(options, Mapping):
             options_by_key[key] = _read_options(reading, known[key], options, (*path, key))
         else:
-            form = f"a block of {', '.join(FREE_WORDS)}, or {{}}"
+            form = f"a block of {', '.join(FREE_OPTIONS)}, or {{}}"
             reading.report_value(f"must be {form}, not {format_value(options)}", (*path, key))
     if free and not options_by_key:
         reading.reported.add(path)  # an empty block would be reported again
@@ -443,8 +443,8 @@ def _read_options(
     """Return start and bounds of a free key in SI; note their faults."""
     values: dict[str, float] = {}
     for word, value in options.items():
-        if word not in FREE_WORDS or numeric_key is None:
-            use = f"use {', '.join(FREE_WORDS)}" if numeric_key is not None else "write {}"
+        if word not in FREE_OPTIONS or numeric_key is None:
+            use = f"use {', '.join(FREE_OPTIONS)}" if numeric_key is not None else "write {}"
             sentence = f"unknown key {format_value(word)} in {dotted_name(path)}; {use}"
             reading.fault(sentence, (*path, word), at_key=True)
             continue

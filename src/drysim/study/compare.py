@@ -709,8 +709,8 @@ def deviation_with(
 ) -> float | None:
     """Return the deviation of a case with changed solver options; None if it fails."""
     solver = case.solver.model_copy(update=dict(change))
-    changed = case.model_copy(update={"solver": solver})
-    (metrics, _, _), _ = try_measure(changed, MotionCache().of)
+    variant = case.model_copy(update={"solver": solver})
+    (metrics, _, _), _ = try_measure(variant, MotionCache().of)
     changed_T_a = metrics.get("T_a")
     return changed_T_a / T_a - 1.0 if changed_T_a is not None and T_a else None
 

@@ -642,8 +642,8 @@ class Study:
         for name, keys in groups.items():
             for change in (CHANGE, -CHANGE) if keys else ():
                 factors = {key: (1.0 + change) ** POWERS.get(key, 1.0) for key in keys}
-                changed = {key: value * factors.get(key, 1.0) for key, value in best.items()}
-                points[f"{name} {format_deviation(change)}"] = changed
+                scaled = {key: value * factors.get(key, 1.0) for key, value in best.items()}
+                points[f"{name} {format_deviation(change)}"] = scaled
         units = {key: file_values[key].unit for key in best}
         for (name, point), rows in zip(
             points.items(), self.rows(scenario, units, [*points.values()]), strict=True

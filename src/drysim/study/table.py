@@ -415,9 +415,8 @@ class BestCase(NamedTuple):
                 where = describe_case(self.closest.where or {}, axes)
                 check = f"{self.closest.check}{self.closest.share}"
                 worst = "worst " * bool(self.closest.failed_seeds)
-                sentence += (
-                    f"; the closest fails {check}, {worst}{self.closest.found} at {where}"
-                )
+                value = f"{worst}{self.closest.described_value}"
+                sentence += f"; the closest fails {check}, {value} at {where}"
             return sentence
         of = f"least of {self.admissible} admissible {self.kind}s of {self.cases}"
         if self.kind == "design":
