@@ -77,13 +77,23 @@ def test_help_lists_every_command_in_a_whole_sentence(drysim, monkeypatch):
 
 def test_run_says_that_it_replaces_a_sweep(drysim, seat):
     over = ("--no-plots", "--set", "sweep={friction.kinetic: [10, 20]}")
-    assert "replaces" not in drysim("run", seat, *over).err
-    assert "replaces" not in drysim("sweep", seat, *over).err
-    told = "this run replaces the sweep in out/seat; use --out to keep it\n"
+    assert "replaced" not in drysim("run", seat, *over).err
+    assert "replaced" not in drysim("sweep", seat, *over).err
+    told = "the sweep in out/seat is replaced; use --out to keep it\n"
     assert drysim("run", seat, *over).err.startswith(told)
-    assert "replaces" not in drysim("run", seat, *over).err
+    assert "replaced" not in drysim("run", seat, *over).err
     drysim("sweep", seat, *over)
     assert drysim("run", seat, *over, "--quiet")[1:] == ("", told)
+
+
+def test_folder_of_a_study_has_the_name_of_the_command_once(drysim, seat):
+    over = ("--no-plots", "--set", "name=seat-compare", "--set", "measure=null")
+    compare = ("compare", "signum", "vs", "stick-slip", "-s", seat, *over)
+    assert "replaced" not in drysim("run", seat, *over).err
+    assert drysim(*compare).out.endswith("written     out/seat-compare\n")
+    told = "the comparison in out/seat-compare is replaced; use --out to keep it\n"
+    assert drysim("run", seat, *over, "--dry-run").err == ""
+    assert drysim("run", seat, *over).err.startswith(told)
 
 
 def test_quiet_says_what_makes_the_exit_code(drysim, seat):

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from drysim.cli import options
-from drysim.cli.job import Common, Job, Work, carry_out
+from drysim.cli.job import Common, Job, Work, carry_out, study_name
 from drysim.cli.process import OutputMode, Plan, tolerate_closed_pipe
 from drysim.errors import (
     EXIT_CHECK_FAILED,
@@ -144,7 +144,7 @@ def run(
     common = Common.of(context)
     case = prepare(load(scenario, options.overrides(changes, approach)), interval=True)
     if max_seeds(case.scenario) > 1:
-        return carry_out(seeds_job(case, workers, resume, common.mode), common)
+        return carry_out(seeds_job(case, workers, resume), common)
     check_single_seed_options(workers, resume)
     return carry_out(run_job(case, common.mode), common)
 
@@ -156,7 +156,6 @@ def run_job(case: Case, mode: OutputMode) -> Job:
     from drysim.study.budget import LARGE_RESPONSE, MIN_BYTES_SHARE, SLOW_SCENE, response_bytes
 
     def before(folder: Path) -> None:
-        warn_of_replaced_sweep(folder, mode)
         if held := resumable_parts(folder):
             kept = f"the finished {' and '.join(held)} in {folder}.partial"
             mode.print_loss(f"this run discards {kept}; use --out to keep them")
@@ -177,11 +176,15 @@ def run_job(case: Case, mode: OutputMode) -> Job:
         return solve(case)
 
     return Job(
-        name=case.scenario.name, plan=partial(work.run_plan, case), solve=solve, before=before
+        name=case.scenario.name,
+        kind="sweep" if case.scenario.static_interval else "run",
+        plan=partial(work.run_plan, case),
+        solve=solve,
+        before=before,
     )
 
 
-def seeds_job(case: Case, workers: int | None, resume: bool, mode: OutputMode) -> Job:
+def seeds_job(case: Case, workers: int | None, resume: bool) -> Job:
     """Return the job of a case under many seeds."""
     from drysim.cli import work
     from drysim.study import ensemble
@@ -198,22 +201,13 @@ def seeds_job(case: Case, workers: int | None, resume: bool, mode: OutputMode) -
 
     return Job(
         name=case.scenario.name,
+        kind="ensemble",
         plan=partial(work.run_plan, case),
         solve=solve,
         total=max_seeds(case.scenario),
         items="seeds",
-        before=partial(warn_of_replaced_sweep, mode=mode),
         parts=work.parts_of("seeds", case, seed_ranges(case), resume),
     )
-
-
-def warn_of_replaced_sweep(folder: Path, mode: OutputMode) -> None:
-    """Print that a run replaces the table of a sweep, if it does."""
-    from drysim.output.folder import stored_kind
-    from drysim.study.table import Table
-
-    if stored_kind(folder) == Table.kind:
-        mode.print_loss(f"this run replaces the sweep in {folder}; use --out to keep it")
 
 
 def check_single_seed_options(workers: int | None, resume: bool) -> None:
@@ -298,6 +292,7 @@ def sweep_job(case: Case, executor: Callable[[], Any], resume: bool, form: str) 
 
     return Job(
         name=case.scenario.name,
+        kind="sweep",
         plan=partial(work.grid_plan, case, [scenario.label for scenario in wanted]),
         solve=solve,
         total=sum(ranges.cases),
@@ -319,6 +314,7 @@ def swept_interval_job(case: Case, workers: int | None, form: str) -> Job:
 
     return Job(
         name=case.scenario.name,
+        kind="sweep",
         plan=partial(work.grid_plan, case, [case.scenario.label]),
         solve=solve,
         total=count_points(case.scenario.sweep),
@@ -359,7 +355,8 @@ def compare(
         return solve(loaded, case, names, workers=workers, finished=finished)
 
     job = Job(
-        name=f"{loaded.name}-compare",
+        name=study_name(loaded.name, "compare"),
+        kind="comparison",
         plan=partial(work.grid_plan, case, [*wanted]),
         solve=solve_all,
         total=count_cases(list(wanted.values())),
@@ -391,7 +388,8 @@ def fit(
     loaded = load(scenario, changes or [])
     study.require_fit(loaded)
     job = Job(
-        name=f"{loaded.name}-fit",
+        name=study_name(loaded.name, "fit"),
+        kind="fit",
         plan=lambda folder: work.fit_plan(build_model(loaded), folder),
         solve=lambda given: study.fit(loaded, workers=workers, finished=given.advance),
         total=study.count_starts(loaded),
@@ -439,7 +437,8 @@ def design(
     case = prepare_design(load(scenario, changes or []))
     certificates = tls_ca_file, tls_cert, tls_key
     job = Job(
-        name=f"{case.scenario.name}-design",
+        name=study_name(case.scenario.name, "design"),
+        kind="design",
         plan=partial(work.design_plan, case),
         solve=partial(work.solve_design, case),
         total=design_of(case.scenario).evaluations,
@@ -471,7 +470,8 @@ def branches(
     common = Common.of(context)
     case = prepare_branches(load(scenario, changes or []))
     job = Job(
-        name=f"{case.scenario.name}-branches",
+        name=study_name(case.scenario.name, "branches"),
+        kind="branches",
         plan=partial(work.grid_plan, case, [case.scenario.label]),
         solve=lambda given: solve(case),
     )
@@ -500,7 +500,8 @@ def regime_map(
     common = Common.of(context)
     case = prepare_map(load(scenario, changes or []))
     job = Job(
-        name=f"{case.scenario.name}-map",
+        name=study_name(case.scenario.name, "map"),
+        kind="map",
         plan=partial(work.map_plan, case),
         solve=lambda given: solve(case, workers=workers, advance=given.advance),
         total=require_map(case.scenario)[1].nodes,
@@ -648,6 +649,7 @@ def bench(
     shown = terms._asdict() | {"peers": peers}
     job = Job(
         name=name_of_bench(scenario, requested, "steady" if steady else "bench"),
+        kind="bench",
         plan=partial(bench_plan, measurement.cases, shown, measurement.warnings),
         solve=lambda given: measurement.run(given.advance),
         total=sum(case["entries"] for case in measurement.cases),
@@ -666,6 +668,7 @@ def hard_cases_job(scenario: str | None, changes: Sequence[str], patience: float
     cases = [{"name": each.name, "entries": len(APPROACHES_BY_NAME)} for each in requested]
     return Job(
         name=name_of_bench(scenario, requested, "hard"),
+        kind="hard",
         plan=partial(bench_plan, cases, {"patience": limit}, ()),
         solve=lambda given: hard_cases.run(requested, limit, given.advance),
         total=len(requested) * len(APPROACHES_BY_NAME),
@@ -675,7 +678,7 @@ def hard_cases_job(scenario: str | None, changes: Sequence[str], patience: float
 
 def name_of_bench(scenario: str | None, requested: Sequence[Scenario], label: str) -> str:
     """Return the name of the output folder of a bench, after its scenario if it has one."""
-    return label if scenario is None else f"{requested[0].name}-{label}"
+    return label if scenario is None else study_name(requested[0].name, label)
 
 
 def bench_plan(

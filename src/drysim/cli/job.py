@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from drysim.study.store import Store
 
 
+QUICK_KIND = "run"
+"""Kind of result that is replaced without notice by another kind: a run takes a second."""
+
+
 @dataclass(frozen=True)
 class Common:
     """Options that commands share.
@@ -92,6 +96,12 @@ class Parts(NamedTuple):
     """Returns the number of finished items of an interrupted result."""
 
 
+def study_name(scenario_name: str, command: str) -> str:
+    """Return the name of the output folder of a study: `seat-design`, also of `seat-design`."""
+    suffix = f"-{command}"
+    return scenario_name.removesuffix(suffix) + suffix
+
+
 def nothing(*_: Any) -> None:
     """Do nothing: where a job has nothing to say."""
 
@@ -104,6 +114,8 @@ class Job:
     ----------
     name : str
         Default name of the output folder.
+    kind : str
+        Kind of the result.
     plan : callable
         Returns what a dry run shows, given the output folder.
     solve : callable
@@ -126,6 +138,7 @@ class Job:
     """
 
     name: str
+    kind: str
     plan: Callable[[Path], Plan]
     solve: Callable[[Work], Any]
     total: int = 0
@@ -146,12 +159,15 @@ def carry_out(job: Job, common: Common) -> int:
         The folder was not written by drysim, or cannot be written; nothing was computed.
     """
     from drysim import output
-    from drysim.output.folder import LockedFolder
+    from drysim.output.folder import LockedFolder, stored_kind
 
     mode, folder = common.mode, common.out or Path("out", job.name)
     output.check_writable(folder)
     if common.dry_run:
         return mode.plan(job.plan(folder))
+    replaced = stored_kind(folder)
+    if replaced not in ("", QUICK_KIND, job.kind):
+        mode.print_loss(f"the {replaced} in {folder} is replaced; use --out to keep it")
     if not common.report and output.has_report(folder):
         mode.print_loss(
             f"the report of the earlier result in {folder} is removed with it; `drysim report "
