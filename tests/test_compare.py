@@ -76,9 +76,9 @@ def test_words_name_approaches_and_vs_is_dropped() -> None:
             "did you mean `signum`?",
         ),
         (
-            ["seat.yaml"],
+            ["seat.yaml", "signum", "vs", "stick-slip"],
             "unknown approach or friction law `seat.yaml`",
-            "`--scenario seat.yaml`",
+            "name the scenario last: `drysim compare signum vs stick-slip seat.yaml`",
         ),
         (["signum"], "needs two approaches", "add one of"),
         (["vs"], "needs two approaches", "add one of"),
@@ -91,6 +91,24 @@ def test_words_that_name_no_comparison_are_said(
     with pytest.raises(UsageError, match=sentence) as fault:
         parse_names(words)
     assert hint in fault.value.hint
+
+
+def test_scenario_is_the_last_word_or_the_only_one_of_the_folder(drysim, seat):
+    words = ("compare", "signum", "vs", "stick-slip")
+    named = drysim(*words, "seat.yaml", "--dry-run")
+    assert (named.code, named.err) == (0, "")
+    twice = drysim(*words, "seat.yaml", "--scenario", "seat.yaml")
+    assert twice.code == 2
+    assert "two scenarios are named: seat.yaml and --scenario seat.yaml" in twice.err
+    assert "seat.yaml: no such file" in drysim(*words, "none/seat.yaml").err.replace(
+        "none/", ""
+    )
+    seat.with_name("other.yaml").write_text("services: {}\n")
+    only = drysim(*words, "--dry-run")
+    assert only.err == "seat.yaml is the only scenario in this folder\n"
+    assert only.out == named.out
+    seat.with_name("second.yml").write_text("oscillator: [")
+    assert "using paper-random from the gallery" in drysim(*words, "--dry-run").err
 
 
 @pytest.mark.parametrize(

@@ -179,8 +179,14 @@ def test_every_law_can_act_in_the_scenario_of_all_laws(law):
 
 def test_scenario_for_comparisons_is_followed_by_one():
     found = gallery.find("friction-laws").command_line(Path("mine.yaml"))
-    assert found == "drysim compare coulomb vs lugre vs stick-slip --scenario mine.yaml"
-    assert gallery.find("regime-map").command_line(Path("mine.yaml")) == "drysim map mine.yaml"
+    assert found == "drysim compare coulomb vs lugre vs stick-slip mine.yaml"
+    for name, command in (
+        ("regime-map", "map"),
+        ("paper-random", "sweep"),
+        ("rough-road", "run"),
+    ):
+        line = gallery.find(name).command_line(Path("mine.yaml"))
+        assert line == f"drysim {command} mine.yaml"
 
 
 @pytest.mark.parametrize("name", ["friction-dahl.png"])

@@ -102,7 +102,7 @@ def usage(one) -> str:
     if one.param_type_name != "argument":
         return ""
     word = one.metavar or one.name.upper()
-    return (word if one.required else f"[{word}]") + "..." * (one.nargs == -1)
+    return word if one.required else f"[{word}]"
 
 
 def spelled(one) -> str:

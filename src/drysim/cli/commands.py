@@ -9,7 +9,9 @@ some parameters look unused: `Common.of` takes their values from the context.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from io import StringIO
@@ -41,6 +43,11 @@ DEFAULT_SCENARIO = "paper-low-friction"
 
 LOCAL_SCENARIO = "scenario.yaml"
 """Scenario of `drysim compare` when none is named."""
+
+SCENARIO_SUFFIXES = (".yaml", ".yml")
+
+SCENARIO_PATTERN = re.compile(rb"^oscillator\s*:", re.M)
+"""Key that every scenario has, in the bytes of a file."""
 
 FALLBACK_SCENARIO, FALLBACK_FOR_LAWS = "paper-random", "friction-laws"
 """Gallery scenarios used when it is missing; the second has the options of every law."""
@@ -345,8 +352,9 @@ def compare(
     from drysim.study.run import count_cases
 
     common = Common.of(context)
-    names = parse_names(approaches)
-    loaded = load(scenario_or_default(scenario, names, common.mode), changes or [])
+    words, file = split_compared(approaches, scenario)
+    names = parse_names(words)
+    loaded = load(file or default_scenario(names, common.mode), changes or [])
     case = prepare(loaded.variant(names[-1]), compared=True, swept=True)
     wanted = scenarios_by_name(loaded, names)
 
@@ -513,18 +521,52 @@ def regime_map(
 regime_map.__name__ = "map"  # the name of the command; in Python it is a built-in function
 
 
-def scenario_or_default(file: str | None, names: Sequence[str], mode: OutputMode) -> str:
-    """Return the scenario to compare: the given file, ./scenario.yaml, or the gallery's."""
-    if file is not None:
-        return file
+def split_compared(words: list[str], option: str | None) -> tuple[list[str], str | None]:
+    """Return the words of a comparison without a scenario as their last, and the scenario.
+
+    Raises
+    ------
+    UsageError
+        If the scenario is named twice.
+    """
+    from drysim.study.compare import KNOWN_NAMES
+
+    *others, last = words
+    is_file = Path(last).suffix in SCENARIO_SUFFIXES or Path(last).is_file()
+    if last in KNOWN_NAMES or not is_file:
+        return words, option
+    if option is not None:
+        sentence = f"two scenarios are named: {last} and --scenario {option}"
+        raise UsageError(sentence, "name one of them")
+    return others, last
+
+
+def default_scenario(names: Sequence[str], mode: OutputMode) -> str:
+    """Return the scenario to compare if none is named: of this folder, or the gallery's."""
     if Path(LOCAL_SCENARIO).exists():
         return LOCAL_SCENARIO
+    if len(local := local_scenarios()) == 1:
+        mode.print_status(f"{local[0]} is the only scenario in this folder")
+        return str(local[0])
     from drysim.scenario.laws import LAWS
     from drysim.study import gallery
 
     name = FALLBACK_FOR_LAWS if LAWS.keys() & {*names} else FALLBACK_SCENARIO
     mode.print_status(f"no {LOCAL_SCENARIO} in this folder: using {name} from the gallery")
     return str(gallery.find(name).file)
+
+
+def local_scenarios() -> list[Path]:
+    """Return the YAML files of this folder that look like scenarios, also faulty ones."""
+    from drysim.yaml_document import UnreadableError, read_bytes
+
+    scenarios = []
+    for file in sorted(Path().iterdir()):
+        if file.suffix in SCENARIO_SUFFIXES:
+            with suppress(UnreadableError):
+                if SCENARIO_PATTERN.search(read_bytes(file)):
+                    scenarios.append(file)
+    return scenarios
 
 
 def validate(

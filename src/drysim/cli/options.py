@@ -143,9 +143,10 @@ DesignResume = Annotated[
 Compared = Annotated[
     list[str],
     typer.Argument(
-        metavar="A vs B [vs C ...]",
+        metavar="A vs B [vs C ...] [FILE]",
         autocompletion=complete_compared,
-        help="Approaches or friction laws; the last is the reference, viscous is added.",
+        help="Approaches or friction laws; the last is the reference, viscous is added. Then "
+        "the scenario (YAML), if it is not the only one of this folder.",
     ),
 ]
 ScenarioOption = Annotated[
@@ -154,7 +155,8 @@ ScenarioOption = Annotated[
         "--scenario",
         "-s",
         metavar="FILE",
-        help="Scenario; default: ./scenario.yaml, else the gallery's.",
+        help="Scenario; default: ./scenario.yaml, else the only one of this folder, else the "
+        "gallery's.",
     ),
 ]
 Quiet = Annotated[

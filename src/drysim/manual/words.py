@@ -240,7 +240,7 @@ def _commands_and_options() -> Iterator[Entry]:
     for section in pages()["commands"].text.split("\n## `")[1:]:
         title, text = section.split("\n\n")[:2]
         usage = title.split("`")[0]
-        yield Entry(usage.split()[1], COMMAND, text, example=usage.replace("......", "..."))
+        yield Entry(usage.split()[1], COMMAND, text, example=usage)
         for names, meaning in ROW.findall(section):
             if names.startswith("--"):
                 option = names.split(", ")[0].split(" ")[0]

@@ -218,7 +218,7 @@ def parse_names(text_or_names: str | Sequence[str]) -> tuple[str, ...]:
             )
             hint = f"did you mean `{nearest}`?" if nearest else names_by_kind
             if Path(name).suffix in (".yaml", ".yml"):
-                hint = f"pass a file by its option, `--scenario {name}`"
+                hint = f"name the scenario last: `drysim compare signum vs stick-slip {name}`"
             raise UsageError(f"unknown approach or friction law `{name}`", hint)
         if names.count(name) > 1:
             raise UsageError(
