@@ -166,6 +166,7 @@ def test_smooth_creeps_where_the_mass_should_stick(works):
 def test_an_approach_that_leaves_the_static_limit_out_solves_another_law(works):
     work = works(NOISE.replace("45}", "45, static: 60}"))
     assert score_of(work, "moreau").verdict.startswith("another law")
+    assert score_of(work, "viscous").verdict.startswith("another law")
     assert score_of(work, "switch").verdict.split(",")[0] in ("fine", "coarse")
 
 

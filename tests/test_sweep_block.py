@@ -635,17 +635,16 @@ def test_losses_name_the_approach_and_what_it_leaves_out(points_scenario):
     friction = {**WORDS["friction"], "normal_variation": {"amplitude": 0.2, "frequency": 1.6}}
     whole = points_scenario(friction=friction)
     assert whole.omissions("stick-slip") == ()
-    assert whole.omissions("viscous") == ("viscous ignores dry friction",)
+    assert whole.omissions("viscous") == ()  # it is without friction by definition
     assert whole.omissions("moreau") == (
         "moreau has no static limit above kinetic friction and uses F_fs = F_fk",
         "moreau uses a constant normal force",
     )
 
 
-def test_swept_friction_is_a_loss_even_when_the_base_has_none(points_scenario):
+def test_swept_static_limit_is_left_out_even_when_the_base_has_none(points_scenario):
     sweep = {"friction.kinetic": [0, 20], "friction.static_ratio": [1, 1.2]}
     whole = points_scenario(friction__kinetic=0, sweep=sweep)
-    assert whole.omissions("viscous") == ("viscous ignores dry friction",)
     assert len(whole.omissions("signum")) == 1
 
 

@@ -188,9 +188,9 @@ def smoothed_answer(work: Work, x_r: Floats, v_r: Floats, c: float) -> Answer:
     return Answer(x_r, v_r, lambda: work.law.F_fk * np.tanh(c * v_r))
 
 
-def omitted(work: Work) -> tuple[str, ...]:
-    """Return what a peer with a single friction force omits of a scene."""
-    return ("a static limit above kinetic friction",) if work.law.F_fs > work.law.F_fk else ()
+def has_static_excess(work: Work) -> bool:
+    """Whether a scene has more than the single friction force that most peers support."""
+    return work.law.F_fs > work.law.F_fk
 
 
 def unsupported_law(law: AnyLaw) -> str:
@@ -250,7 +250,7 @@ def entries(work: Work) -> Iterator[Entry]:
     for method, tolerance, c in SMOOTHED_SETTINGS:
         text = f"{method}, {format_number(tolerance)}, tanh c {format_number(c)}"
         ready = on_smoothed_law(method, tolerance, c)
-        yield Entry("solve_ivp tanh", text, ready, omitted=omitted(work))
+        yield Entry("solve_ivp tanh", text, ready, other_law=has_static_excess(work))
 
 
 def event_entry(method: Method, tolerance: float) -> Entry:

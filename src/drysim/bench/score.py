@@ -249,7 +249,7 @@ class Reference:
         return chatters, bool((answer.v_r[stuck] != 0.0).any())
 
 
-def verdict(errors: ErrorPair, symptoms: tuple[bool, bool], omitted: bool) -> str:
+def verdict(errors: ErrorPair, symptoms: tuple[bool, bool], other_law: bool) -> str:
     """Return the verdict on an answer.
 
     Parameters
@@ -258,8 +258,8 @@ def verdict(errors: ErrorPair, symptoms: tuple[bool, bool], omitted: bool) -> st
         Errors of x_r and T_a [-]; None where unknown.
     symptoms : tuple of bool
         Whether it chatters, and whether it moves, in stick phases.
-    omitted : bool
-        Whether the entry omits something of the scene.
+    other_law : bool
+        Whether the entry solves another law than that of the scene.
     """
     off, T_a = errors[0] or 0.0, errors[1] or 0.0
     worst = max(off, abs(T_a))
@@ -274,7 +274,7 @@ def verdict(errors: ErrorPair, symptoms: tuple[bool, bool], omitted: bool) -> st
     chatters, moves = symptoms
     if chatters:
         return f"chatters, {how}"
-    if omitted:
+    if other_law:
         return f"another law, {how}"
     if moves:
         return f"creeps, {how}"
@@ -348,4 +348,5 @@ def make_entry(work: Work, approach: Approach, setting: str, count: int) -> Entr
 
     points = count * approach.substeps(work.plant, law, work.step / count)
     step = None if isinstance(approach, ExactApproach) else work.step / points
-    return Entry(name, setting, ready, step, points, True, work.scenario.omissions(name))
+    other_law = bool(work.scenario.omissions(name)) or not approach.supports_friction
+    return Entry(name, setting, ready, step, points, True, other_law)

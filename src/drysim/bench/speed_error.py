@@ -245,7 +245,7 @@ def score_answer(entry: Entry, prepared: ReadyEntry | str, reference: Reference)
         return score_of(entry, samples, f"failed, {fault}")
     symptoms = reference.symptoms(*scene)
     return replace(
-        score_of(entry, samples, verdict(errors, symptoms, bool(entry.omitted))),
+        score_of(entry, samples, verdict(errors, symptoms, entry.other_law)),
         error_x_r=errors[0],
         error_T_a=errors[1],
         energy_residual=energy_residual_of(*scene),
@@ -328,12 +328,11 @@ def reference_warnings(exact: Score, reference_score: Score | None) -> Iterator[
 
 
 def work_warnings(work: Work, all_entries: Sequence[Entry]) -> Iterator[WarningMessage]:
-    """Yield the warnings on a scene and on entries that omit something of it."""
+    """Yield the warnings on a scene and on approaches that leave something of it out."""
     yield from work.warnings
-    for sentence in dict.fromkeys(
-        sentence for entry in all_entries if entry.by_drysim for sentence in entry.omitted
-    ):
-        yield WarningMessage("left-out", sentence)
+    for name in dict.fromkeys(entry.approach for entry in all_entries if entry.by_drysim):
+        for sentence in work.scenario.omissions(name):
+            yield WarningMessage("left-out", sentence)
     if what := unsupported_law(work.law):
         yield WarningMessage(
             "no-peers", f"no other program supports {what}: only drysim's approaches run"
@@ -549,7 +548,7 @@ def march_entry(
         symptoms = scene.orbit.symptoms(scene.period, last)
         off, T_a = max(off, error or 0.0), max(T_a, case_error_T_a or 0.0, key=abs)
         chatters, moves = chatters or symptoms[0], moves or symptoms[1]
-    judged = verdict((off, T_a), (chatters, moves), bool(first.omitted))
+    judged = verdict((off, T_a), (chatters, moves), first.other_law)
     samples = count * SETTLING_PERIODS * SAMPLES_PER_PERIOD
     score = replace(score_of(first, samples, judged), error_x_r=off, error_T_a=T_a)
     return TimedEntry(lambda: [run() for run in runs], once * count, score)

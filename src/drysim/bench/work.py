@@ -213,8 +213,8 @@ class Entry:
         Number of computed points per sample.
     by_drysim : bool
         Whether it is an approach of drysim.
-    omitted : tuple of str
-        What it omits of the scene.
+    other_law : bool
+        Whether it solves another law than that of the scene.
     """
 
     approach: str
@@ -223,7 +223,7 @@ class Entry:
     step: float | None = None
     points: int = 1
     by_drysim: bool = False
-    omitted: tuple[str, ...] = ()
+    other_law: bool = False
 
 
 class Peer(Protocol):

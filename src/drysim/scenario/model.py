@@ -782,17 +782,13 @@ def approach_uses_key(name: str, key: str) -> bool:
     return member.supports_stops or not key.startswith(_STOPS_PREFIX)
 
 
-WITHOUT_FRICTION = "ignores dry friction"
-"""What the viscous approach leaves out."""
-
-
 def approach_omissions(scenario: Scenario, name: str) -> Iterator[str]:
-    """Yield a message for everything that an approach leaves out."""
+    """Yield a message for everything that an approach leaves out.
+
+    An approach that supports no friction, `viscous`, is asked for because it leaves that out.
+    """
     member = APPROACHES_BY_NAME[validate_approach(name)]
     swept = {axis.key for axis in scenario.sweep}
-    rubs = scenario.nominal_law().F_fk > 0 or any(key.startswith("friction.") for key in swept)
-    if rubs and not member.supports_friction:
-        yield f"{name} {WITHOUT_FRICTION}"
     for feature, _ in _unsupported_features(scenario, member, swept):
         yield f"{name} {feature.omission}"
 

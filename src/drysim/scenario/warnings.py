@@ -519,12 +519,7 @@ def _sweep_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             yield WarningMessage(
                 "sweep-changes-nothing", sentence, {"values": len(axis.values)}
             )
-    reference = scenario.reference
-    if reference is None:
-        return
-    other = scenario.with_approach(reference)
-    # The reference has friction or loses the end stops; otherwise there is nothing to report.
-    if other.friction is not None or other.stops != scenario.stops:
+    if reference := scenario.reference:
         for sentence in scenario.omissions(reference):
             yield WarningMessage("left-out", f"reference: {sentence}")
 

@@ -28,7 +28,7 @@ from drysim.metrics.table import PEAK_STROKE
 from drysim.metrics.text import label_of
 from drysim.scenario.axes import FILE_KEY, Axis
 from drysim.scenario.laws import LAWS
-from drysim.scenario.model import WITHOUT_FRICTION, Scenario
+from drysim.scenario.model import Scenario
 from drysim.scenario.text import describe_cases, describe_range
 from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
@@ -297,13 +297,11 @@ def solve(
     with on_workers(workers) as execute:
         solved = execute(Plan.of(compared, case), case, None, finished)
         batches = [batch for _, batch in solved]
-    left_out = (
-        sentence
+    omissions = [
+        WarningMessage("left-out", sentence)
         for name in scenarios
         for sentence in scenario.omissions(name)
-        if not sentence.endswith(WITHOUT_FRICTION)
-    )
-    omissions = [WarningMessage("left-out", sentence) for sentence in left_out]
+    ]
     table = make_table(scenario, case, Rows(batches), omissions)
     shown = most_deviating_row(table, names, reference)
     responses = dict(responses_at(shown.point, scenarios, reference))
@@ -647,9 +645,12 @@ def is_same_solution(scenario: Scenario, other: Scenario) -> bool:
 def reference_limits(comparison: Comparison) -> str:
     """Return why a deviation from the reference may be no error; "" if it is exact."""
     reference, scenario = comparison.reference, comparison.table.scenario
+    variant = scenario.variant(reference)
     if omissions := scenario.omissions(reference):
         return f"; {'; '.join(omissions)}"
-    if not isinstance(scenario.variant(reference).solver.member(), ExactApproach):
+    if variant.friction is None and scenario.friction is not None:
+        return f"; {reference} ignores dry friction"
+    if not isinstance(variant.solver.member(), ExactApproach):
         return f"; {reference} uses fixed steps and has errors of its own"
     return ""
 

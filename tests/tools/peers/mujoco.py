@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drysim.bench.scipy_ivp import omitted
+from drysim.bench.scipy_ivp import has_static_excess
 from drysim.bench.work import Answer, Entry, Run, Work
 
 if TYPE_CHECKING:
@@ -43,7 +43,12 @@ def entries(work: Work) -> Iterator[Entry]:
     for substeps in SUBSTEPS:
         step = work.step / substeps
         yield Entry(
-            "MuJoCo", "implicitfast", with_step(substeps), step, substeps, omitted=omitted(work)
+            "MuJoCo",
+            "implicitfast",
+            with_step(substeps),
+            step,
+            substeps,
+            other_law=has_static_excess(work),
         )
 
 

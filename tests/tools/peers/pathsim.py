@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from drysim.bench.scipy_ivp import motion_scale, omitted, smoothed_answer
+from drysim.bench.scipy_ivp import has_static_excess, motion_scale, smoothed_answer
 from drysim.bench.work import Answer, Entry, Run, Work
 from drysim.wording import format_number
 
@@ -22,7 +22,12 @@ def entries(work: Work) -> Iterator[Entry]:
     """Yield PathSim with its adaptive Runge-Kutta method."""
     for tolerance, c in SETTINGS:
         words = f"RKCK54, {format_number(tolerance)}, tanh c {format_number(c)}"
-        yield Entry("PathSim tanh", words, on_smoothed_law(tolerance, c), omitted=omitted(work))
+        yield Entry(
+            "PathSim tanh",
+            words,
+            on_smoothed_law(tolerance, c),
+            other_law=has_static_excess(work),
+        )
 
 
 def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:

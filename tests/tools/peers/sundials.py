@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drysim.bench.scipy_ivp import motion_scale, omitted, smoothed_answer
+from drysim.bench.scipy_ivp import has_static_excess, motion_scale, smoothed_answer
 from drysim.bench.work import Answer, Entry, Run, Work
 from drysim.errors import SolverError
 from drysim.wording import format_number
@@ -30,7 +30,12 @@ def entries(work: Work) -> Iterator[Entry]:
     """Yield CVODE at several tolerances."""
     for tolerance, c in SETTINGS:
         words = f"BDF, {format_number(tolerance)}, tanh c {format_number(c)}"
-        yield Entry("CVODE tanh", words, on_smoothed_law(tolerance, c), omitted=omitted(work))
+        yield Entry(
+            "CVODE tanh",
+            words,
+            on_smoothed_law(tolerance, c),
+            other_law=has_static_excess(work),
+        )
 
 
 def on_smoothed_law(tolerance: float, c: float) -> Callable[[Work], Run]:
