@@ -43,7 +43,7 @@ def orbit(
 
 
 def den_hartog(beta: float, zeta: float, phi: float) -> float:
-    """Return x_max k/P of steady sliding without stops (Den Hartog 1931, viscous form)."""
+    """Return x_max k/P of steady sliding without stops (Den Hartog 1930, viscous form)."""
     q = math.sqrt(1 - zeta**2)
     D = math.cosh(math.pi * zeta / beta) + math.cos(math.pi * q / beta)
     G = (math.sinh(math.pi * zeta / beta) - zeta / q * math.sin(math.pi * q / beta)) / D

@@ -19,7 +19,8 @@ Why no event is missed
     `drysim.core.sampled`.
 
 Source
-    Eqs. (4), (7) and (9) of the paper. Den Hartog, Phil. Mag. 11 (1931) 801.
+    Eqs. (4), (7) and (9) of the paper. Den Hartog, Phil. Mag. (7) 9, no. 59 suppl. (May
+    1930) 801.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ class Solver(NamedTuple):
 
 
 STICK_SLIP = "Eqs. (4), (7) and (9) of the paper"
-DEN_HARTOG = "J. P. Den Hartog, Phil. Mag. 11 (1931) 801"
+DEN_HARTOG = "J. P. Den Hartog, Phil. Mag. (7) 9, no. 59 suppl. (May 1930) 801"
 SHAW_HOLMES = "S. W. Shaw and P. J. Holmes, J. Sound Vib. 90 (1983) 129"
 PETROV_EWINS = "E. P. Petrov and D. J. Ewins, J. Turbomach. 125 (2003) 364"
 JORBA_ZOU = "À. Jorba and M. Zou, Exp. Math. 14 (2005) 99"
