@@ -898,7 +898,7 @@ def test_study_interrupted_in_its_first_round_names_resume(tmp_path, monkeypatch
         patched.setattr("drysim.cli.process.raise_if_interrupted", interrupt)
         done = command("design", "study.yaml", "--no-plots")
     assert done.code == 130
-    assert "the same command with --resume keeps finished cases" in done.err
+    assert "the same command with --resume continues from here" in done.err
     done = command("design", "study.yaml", "--no-plots", "--resume")
     assert done.code == 0, done.err
     assert "starting over" not in done.err

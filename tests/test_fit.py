@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import random
 import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,10 +20,12 @@ from twin import RECORDED, fit_text, fit_twin, keys, values_of, write_columns, w
 import drysim
 from drysim.parallel import WorkerPool
 from drysim.results.fit import describe_interval
-from drysim.study.fit_law import LawFit, Parameter, profiles_of, refit_from_profiles
+from drysim.study.fit_law import LawFit, Parameter, Steps, profiles_of, refit_from_profiles
 from drysim.study.fit_least_squares import Differentiable, LeastSquares, final_fit, sizes
 from drysim.study.fit_model import build_model, fitted_end
 from drysim.study.fit_profiles import ProfilePoint, _profile_end
+from drysim.study.store import Store
+from fuzz.mutate import damaged
 
 K_X, B, F_FK = 7500.0, 500.0, 20.0
 SEAT = f"oscillator: {{mass: 75, stiffness: {K_X}, damping: {B}}}\n"
@@ -505,13 +509,13 @@ def test_fit_goes_on_from_a_lower_minimum_that_a_profile_finds(tmp_path, monkeyp
     stuck = LawFit(model, first, (start,), final_fit(first, start))
     # Without a static limit above kinetic friction the mass never stops long enough.
     assert model.point(stuck.values)["friction.static_ratio"] < 1.01
-    profiles = profiles_of(stuck, WorkerPool(1))
+    profiles = profiles_of(stuck, Steps(WorkerPool(1)))
     assert min(point.rise for one in profiles.values() for point in one.points) < -100.0
     better = refit_from_profiles(stuck, profiles)
     assert better is not None
     assert model.point(better.values)["friction.static_ratio"] == pytest.approx(1.5, rel=0.03)
     assert better.error < stuck.error
-    assert refit_from_profiles(better, profiles_of(better, WorkerPool(1))) is None
+    assert refit_from_profiles(better, profiles_of(better, Steps(WorkerPool(1)))) is None
 
     # The fit itself goes on, a bounded number of times.
     monkeypatch.setattr("drysim.study.fit.fit_law", lambda *_: stuck)
@@ -912,19 +916,57 @@ def test_command_writes_files_that_run_and_can_be_fitted_again(drysim, short, tm
 
 
 def test_number_of_workers_changes_no_byte(drysim, short, tmp_path):
-    _, folder = short
+    copy_twin(short, tmp_path)
+    results = [fitted_files(drysim, tmp_path, "--workers", workers) for workers in (1, 2, 3)]
+    assert results[0] == results[1] == results[2]
+
+
+@pytest.mark.parametrize("kept", [1, 9, 15])
+def test_interrupted_fit_resumes_to_the_same_result(drysim, short, tmp_path, monkeypatch, kept):
+    copy_twin(short, tmp_path)
+    whole, write = fitted_files(drysim, tmp_path), Store.write_value
+
+    def write_some(store, number, value):
+        if number == kept:
+            raise KeyboardInterrupt
+        write(store, number, value)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Store, "write_value", write_some)
+        done = drysim("fit", "twin.yaml", "--no-plots", "--out", "out")
+    assert done.code == 130
+    assert "the same command with --resume continues from here" in done.err
+    files = sorted((tmp_path / "out.partial" / "steps").glob("*.npz"))
+    assert len(files) == kept
+    spoiled = files[kept // 2]
+    spoiled.write_bytes(damaged([spoiled.read_bytes()], random.Random(kept)))
+    written = []
+
+    def write_counted(store, number, value):
+        written.append(number)
+        write(store, number, value)
+
+    monkeypatch.setattr(Store, "write_value", write_counted)
+    assert fitted_files(drysim, tmp_path, "--resume") == whole
+    assert written[0] == kept // 2
+    assert not (tmp_path / "out" / "steps").exists()
+
+
+def copy_twin(short, folder: Path) -> None:
+    """Copy the files of a twin into a folder."""
     for name in ("base.csv", "run.csv", "twin.yaml"):
-        shutil.copy(folder / name, tmp_path)
-    found = []
-    for workers in (1, 2, 3):
-        words = ("--no-plots", "--quiet", "--workers", workers, "--out", "out")
-        assert drysim("fit", "twin.yaml", *words).code == 1
-        files = tree(tmp_path / "out")
-        (name,) = (file for file in files if file.endswith("drysim.json"))
-        sidecar = json.loads(files.pop(name))
-        del sidecar["created"], sidecar["command"]
-        found.append((files, sidecar))
-    assert found[0] == found[1] == found[2]
+        shutil.copy(short[1] / name, folder)
+
+
+def fitted_files(drysim, folder: Path, *words: object) -> tuple[dict[str, bytes], Any]:
+    """Fit a twin; return the files of the result, drysim.json without time and command."""
+    words = ("--no-plots", "--quiet", *words, "--out", "out")
+    assert drysim("fit", "twin.yaml", *words).code == 1
+    files = tree(folder / "out")
+    (name,) = (file for file in files if file.endswith("drysim.json"))
+    fields = json.loads(files.pop(name))
+    del fields["created"], fields["command"]
+    return files, fields
 
 
 def test_checks_on_the_fit_are_refused_elsewhere(drysim, tmp_path):

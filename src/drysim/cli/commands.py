@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from drysim.cli import options
-from drysim.cli.job import Common, Job, Work, carry_out, study_name
+from drysim.cli.job import Common, Job, Parts, Work, carry_out, study_name
 from drysim.cli.process import OutputMode, Plan, tolerate_closed_pipe
 from drysim.errors import (
     EXIT_CHECK_FAILED,
@@ -378,6 +378,7 @@ def fit(
     changes: options.Changes = None,
     out: options.NamedOut = None,
     workers: options.Workers = None,
+    resume: options.FitResume = False,
     dry_run: options.DryRun = False,
     strict: options.Strict = False,
     no_plots: options.NoPlots = False,
@@ -399,9 +400,12 @@ def fit(
         name=study_name(loaded.name, "fit"),
         kind="fit",
         plan=lambda folder: work.fit_plan(build_model(loaded), folder),
-        solve=lambda given: study.fit(loaded, workers=workers, finished=given.advance),
-        total=study.count_starts(loaded),
-        items="starts",
+        solve=lambda given: study.fit(
+            loaded, workers=workers, finished=given.advance, store=given.store
+        ),
+        total=study.count_steps(loaded),
+        items="steps",
+        parts=Parts("steps", loaded, resume, finished=lambda store: (0, 0)),
         after=show_next_command,
     )
     return carry_out(job, common)

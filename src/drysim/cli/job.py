@@ -179,8 +179,15 @@ def carry_out(job: Job, common: Common) -> int:
         store = None
         if job.parts is not None:
             place, store = stack.enter_context(locked_store(folder, job.parts, mode))
-        with progress(job, store, mode.quiet) as advance:
-            result: AnyResult = job.solve(Work(advance, execute, store))
+        try:
+            with progress(job, store, mode.quiet) as advance:
+                result: AnyResult = job.solve(Work(advance, execute, store))
+        except KeyboardInterrupt:
+            if store is not None and len(store):
+                from drysim.console.terminal import print_stderr
+
+                print_stderr("the same command with --resume continues from here")
+            raise
         complete: bool = getattr(result, "complete", True)
         code = result.exit_code(common.strict) if complete else EXIT_INTERRUPTED
         if common.plots and complete:

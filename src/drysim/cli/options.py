@@ -140,6 +140,7 @@ Resume = Annotated[bool, typer.Option("--resume", help="Continue an interrupted 
 DesignResume = Annotated[
     bool, typer.Option("--resume", help="Continue an interrupted design study.")
 ]
+FitResume = Annotated[bool, typer.Option("--resume", help="Continue an interrupted fit.")]
 Compared = Annotated[
     list[str],
     typer.Argument(

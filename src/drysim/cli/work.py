@@ -100,7 +100,6 @@ def case_executor(
 
 def solve_design(case: Case, work: Work) -> DesignResult:
     """Return the result of a design study; after an interrupt, that of the finished designs."""
-    from drysim.console import terminal
     from drysim.study.design import Study
 
     study = Study(case, work.execute, work.store, work.advance)
@@ -108,8 +107,6 @@ def solve_design(case: Case, work: Work) -> DesignResult:
         return study.solve()
     except KeyboardInterrupt:
         if not study.candidates:  # within the first round
-            if work.store is not None and len(work.store):
-                terminal.print_stderr("the same command with --resume keeps finished cases")
             raise
         return study.partial()
 

@@ -55,6 +55,9 @@ Columns = Sequence[Sequence[str]]
 PROGRESS_DELAY = 1.0
 """Duration of work before the progress bar appears [s]."""
 
+SPEED_PERIOD = 600.0
+"""Time whose items tell the time left [s]: an item, as a step of a fit, may take minutes."""
+
 Advance = Callable[..., None]
 
 
@@ -330,6 +333,7 @@ class _ProgressBar:
             transient=True,
             redirect_stdout=False,
             redirect_stderr=False,
+            speed_estimate_period=SPEED_PERIOD,
         )
         self._task = self._shown.add_task(
             "", total=self._total, completed=self._done, pace=self._describe_rate()

@@ -62,7 +62,7 @@ MARKER = "drysim.json"
 MARKER_DRAFT = "drysim.json.new"
 """A marker being written; renamed to `MARKER`, so that no marker is ever incomplete."""
 
-STORES = {"cases": "sweep", "seeds": "run", "designs": "design"}
+STORES = {"cases": "sweep", "seeds": "run", "designs": "design", "steps": "fit"}
 """Folders with the finished parts of interrupted work, and the command that resumes each."""
 
 RESUMABLE_FILES = re.compile(

@@ -60,6 +60,7 @@ from drysim.study.fit_law import (
     ChannelFit,
     LawFit,
     Parameter,
+    Steps,
     fit_law,
     ignore_progress,
     profiles_of,
@@ -88,6 +89,7 @@ from drysim.study.preparation import (
 from drysim.study.run import measure_case
 from drysim.study.starting_values import noise_level
 from drysim.study.statistics import NORMAL_95
+from drysim.study.store import Store
 from drysim.wording import format_number, format_range, format_unit, join_words
 
 HIGH_CORRELATION = 0.9
@@ -229,6 +231,7 @@ def fit(
     *,
     workers: int | None = None,
     finished: Callable[[int], None] = ignore_progress,
+    store: Store | None = None,
 ) -> FitResult:
     """Fit the free keys of a scenario to its measured response.
 
@@ -239,7 +242,9 @@ def fit(
     workers : int, optional
         Number of workers; the result does not depend on it. Default: one for each core.
     finished : callable, optional
-        Called with 1 for each start that has been followed; `count_starts` returns how many.
+        Called with the number of finished steps, of which `count_steps` returns the total.
+    store : Store, optional
+        Keeps the finished steps, and has those of an interrupted fit. Default: none are kept.
 
     Returns
     -------
@@ -264,11 +269,13 @@ def fit(
     names, read = fit_of(scenario).laws, (first.motion, first.measurement)
     models = [model_of_law(scenario, *read, name) for name in names] or [first]
     with WorkerPool(worker_count(workers)) as pool:
-        fits = [fit_law(model, end, pool, finished) for model in models]
+        steps = Steps(pool, store)
+        fits = [fit_law(model, end, steps, finished) for model in models]
         for left in range(MAX_RESTARTS, -1, -1):
             scores = score_laws(names, fits)
             best = names.index(scores[0].law) if scores else 0
-            profiles = profiles_of(fits[best], pool)
+            counted = finished if left == MAX_RESTARTS else ignore_progress
+            profiles = profiles_of(fits[best], steps, counted)
             better = refit_from_profiles(fits[best], profiles) if left else None
             if better is None:
                 break
@@ -287,9 +294,13 @@ def require_fit(scenario: Scenario) -> None:
         )
 
 
-def count_starts(scenario: Scenario) -> int:
-    """Return the number of starts that a fit follows, over all laws."""
-    return MAX_STARTS * max(1, len(scenario.fit.laws if scenario.fit else ()))
+def count_steps(scenario: Scenario) -> int:
+    """Return the number of steps that show the progress of a fit.
+
+    They are the starts, which it follows for each law, and the profiles of the parameters.
+    """
+    block = fit_of(scenario)
+    return MAX_STARTS * max(1, len(block.laws)) + len(block.free)
 
 
 def check_motion(model: FitModel) -> None:

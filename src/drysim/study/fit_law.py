@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import NamedTuple
+from itertools import takewhile
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,8 +33,10 @@ from drysim.study.fit_profiles import (
     CHI_SQUARE_95,
     PROFILE_TOLERANCE,
     ParameterProfile,
+    ProfilePoint,
     profile_of,
 )
+from drysim.study.store import Store
 
 MAX_STARTS = 6
 """Number of starts that are followed to the end: those with the lowest sums of squares, among
@@ -261,10 +264,70 @@ class LawFit:
         return groups
 
 
+def ignore_progress(count: int) -> None:
+    """Ignore the progress of a fit."""
+
+
+class Steps:
+    """Expensive steps of a fit: solved by workers, kept in a store, read from it on a resume.
+
+    The same fit takes the same steps in the same order, so that a step is kept by its number.
+
+    Parameters
+    ----------
+    pool : WorkerPool
+    store : Store, optional
+        Default: nothing is kept.
+    """
+
+    def __init__(self, pool: WorkerPool, store: Store | None = None) -> None:
+        self.pool, self.store = pool, store
+        self._count = 0
+
+    def map_in_order(
+        self,
+        function: Callable[[Any], Any],
+        items: Sequence[Any],
+        restored: Callable[[Any], Any],
+        shared: Sequence[object] = (),
+    ) -> Iterator[Any]:
+        """Yield `function(item)` for every item, in order.
+
+        Parameters
+        ----------
+        function, items, shared
+            As in `WorkerPool.map_in_order`.
+        restored : callable
+            Returns a result, given the lists and numbers that the store has of it.
+        """
+        numbers = range(self._count, self._count + len(items))
+        self._count = numbers.stop
+        values = map(self.store.read_value, numbers) if self.store is not None else ()
+        kept = [*takewhile(lambda value: value is not None, values)]
+        yield from map(restored, kept)
+        results = self.pool.map_in_order(function, items[len(kept) :], shared)
+        for number, result in zip(numbers[len(kept) :], results, strict=True):
+            if self.store is not None:
+                self.store.write_value(number, result)
+            yield result
+
+
+def restored_end(kept: Any) -> tuple[float, Floats]:
+    """Return a sum of squares and its parameters, given what a store has of them."""
+    cost, x = kept
+    return cost, np.array(x)
+
+
+def restored_profile(kept: Any) -> ParameterProfile:
+    """Return a profile, given what a store has of it."""
+    low, high, points = kept
+    return ParameterProfile(low, high, [ProfilePoint(v, r, np.array(x)) for v, r, x in points])
+
+
 def fit_law(
-    model: FitModel, end: float, pool: WorkerPool, finished: Callable[[int], None]
+    model: FitModel, end: float, steps: Steps, finished: Callable[[int], None]
 ) -> LawFit:
-    """Return the best solution from all starts.
+    """Return the best solution from all starts; `finished` is called with 1 for each.
 
     Raises
     ------
@@ -276,32 +339,36 @@ def fit_law(
     closed = [start / first.scale for start in starts]
     if first.solve(closed[0]) is None:
         model.at(starts[0])  # raises what is wrong with the values
-    candidates = [*closed, *pool.map_in_order(first.coarse, closed, shared)]
+    candidates = [*closed, *steps.map_in_order(first.coarse, closed, np.array, shared)]
     costs = list(map(first.cost, candidates))
     order = np.argsort(costs, kind="stable")[:MAX_STARTS]
     likely = [candidates[i] for i in order]
     if min(map(first.error, likely)) > USELESS:
         likely = likely[:1]  # no start is anywhere near
     followed = []
-    for end_point in pool.map_in_order(first.fine, likely, shared):
+    for end_point in steps.map_in_order(first.fine, likely, restored_end, shared):
         followed.append(end_point)
         finished(1)
+    finished(MAX_STARTS - len(followed))
     _, x = min(followed, key=lambda pair: pair[0])
     solution = final_fit(first, x)
     keys = [key for key in model.fixed_start if key in model.scenario.unstated_start]
     if keys and begins_in_motion(solution, keys):
-        started = fit_law(model.with_free_start(keys), end, pool, ignore_progress)
+        started = fit_law(model.with_free_start(keys), end, steps, ignore_progress)
         if started.first.cost(started.solution.x) < first.cost(solution.x):
             return started
     for _ in range(MAX_RESTARTS):
         squares = solution.squares
         other = scan(squares, solution.x)
         if other is not None:
-            near = pool.map_in_order(partial(squares.fine, other), ((), STEPS[2:]))
+            near = steps.map_in_order(
+                partial(squares.fine, other), ((), STEPS[2:]), restored_end
+            )
         elif is_noise(solution) or squares.error(solution.x) > USELESS:
             break
         else:
-            near = pool.map_in_order(squares.fine, neighbours(squares, solution.x))
+            others = [*neighbours(squares, solution.x)]
+            near = steps.map_in_order(squares.fine, others, restored_end)
         cost, x = min(near, key=lambda pair: pair[0])
         if cost >= BETTER * solution.cost:
             break
@@ -309,18 +376,28 @@ def fit_law(
     return LawFit(model, first, tuple(x for _, x in followed), solution)
 
 
-def profiles_of(law_fit: LawFit, pool: WorkerPool) -> dict[int, ParameterProfile]:
+def profiles_of(
+    law_fit: LawFit, steps: Steps, finished: Callable[[int], None] = ignore_progress
+) -> dict[int, ParameterProfile]:
     """Return the profiles of the parameters; of those that depend on others there are none.
+
+    `finished` is called with 1 for each parameter.
 
     Without a motion that resembles the measured one, or without noise, there are none at all.
     """
     if law_fit.error > USELESS or law_fit.error < EXACT:
+        finished(len(law_fit.model.parameters))
         return {}
     groups, every = law_fit.undetermined, range(len(law_fit.model.parameters))
     free = [j for j in every if not len(groups.get(j, ())) > 1]
     determined = [j for j in free if j not in groups]
     profile = partial(profile_of, law_fit.solution, determined)
-    return dict(zip(free, pool.map_in_order(profile, free), strict=True))
+    profiles = {}
+    finished(len(every) - len(free))
+    for j, kept in zip(free, steps.map_in_order(profile, free, restored_profile), strict=True):
+        profiles[j] = kept
+        finished(1)
+    return profiles
 
 
 def refit_from_profiles(
@@ -350,10 +427,6 @@ def with_best_static_limit(law_fit: LawFit, profiles: Mapping[int, ParameterProf
             best, least = min(profile.points, key=lambda point: point.rise), profile.points[0]
             x[j] = least.value if least.rise - best.rise < 1.0 else best.value
     return replace(law_fit, solution=law_fit.solution._replace(x=x))
-
-
-def ignore_progress(count: int) -> None:
-    """Ignore the progress of a fit."""
 
 
 def is_near(value: float, bound: float | None, scale: float) -> bool:

@@ -1,8 +1,9 @@
-"""Finished ranges of a sweep or of an ensemble on disk, from which `--resume` continues.
+"""Finished parts of a computation on disk, from which `--resume` continues.
 
 The store holds the identity of the computation (scenario, files, version), so that only the
-same computation continues from it. Each range is a file of arrays, an archive of numpy (.npz),
-which checks every array by a CRC-32. All numbers read back bit for bit.
+same computation continues from it. Each range of a sweep or of an ensemble, and each step of a
+fit, is a file of arrays, an archive of numpy (.npz), which checks every array by a CRC-32. All
+numbers read back bit for bit.
 """
 
 from __future__ import annotations
@@ -82,12 +83,7 @@ class Store:
         OutputError
             When the folder was removed.
         """
-        file = self.file(case_range)
-        try:
-            write_whole(file, pack(batch, self.sweep))
-        except FileNotFoundError:
-            raise system.removed_error(self.folder.parent) from None
-        self._finished.add(file.name)
+        self._write(self.file(case_range), pack(batch, self.sweep))
 
     def read(self, case_range: CaseRange) -> Batch | None:
         """Return the batch of a range; None if it is missing or damaged."""
@@ -108,6 +104,31 @@ class Store:
         except Exception:  # a damaged file may raise anything
             return b""
 
+    def write_value(self, number: int, value: Any) -> None:
+        """Write a finished step: a value of lists, arrays and numbers, by its number.
+
+        Raises
+        ------
+        OutputError
+            When the folder was removed.
+        """
+        content = json.dumps({"sweep": self.sweep, "value": value}, default=as_list)
+        archive = BytesIO()
+        np.savez(archive, value=np.frombuffer(content.encode(), np.uint8))
+        self._write(self.file_of(number), archive.getvalue())
+
+    def read_value(self, number: int) -> Any:
+        """Return a finished step, arrays as lists; None if it is missing or damaged."""
+        try:
+            with (
+                system.open_regular_file(self.file_of(number)) as stream,
+                zipfile.ZipFile(stream) as archive,
+            ):
+                content = json.loads(read_array(archive, "value").tobytes())
+            return content["value"] if content["sweep"] == self.sweep else None
+        except Exception:  # a damaged file may raise anything
+            return None
+
     def finished(self, ranges: Iterable[CaseRange]) -> Iterator[tuple[CaseRange, Batch]]:
         """Yield each of these ranges that the store holds, with its batch."""
         for case_range in ranges:
@@ -124,13 +145,29 @@ class Store:
 
     def file(self, case_range: CaseRange) -> Path:
         """Return the file of a range."""
-        return self.folder / f"{case_range.first:012d}{BATCH_SUFFIX}"
+        return self.file_of(case_range.first)
+
+    def file_of(self, number: int) -> Path:
+        """Return the file of a range by its first case, or of a step by its number."""
+        return self.folder / f"{number:012d}{BATCH_SUFFIX}"
+
+    def _write(self, file: Path, content: bytes) -> None:
+        try:
+            write_whole(file, content)
+        except FileNotFoundError:
+            raise system.removed_error(self.folder.parent) from None
+        self._finished.add(file.name)
 
     def _read_identity(self) -> Any:
         try:
             return json.loads((self.folder / IDENTITY_FILE).read_text(encoding="utf-8"))
         except ValueError:
             return None
+
+
+def as_list(array: NDArray[Any]) -> Any:
+    """Return an array as JSON has it."""
+    return array.tolist()
 
 
 def write_whole(file: Path, content: bytes) -> None:
