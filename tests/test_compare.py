@@ -126,9 +126,9 @@ def test_approximations_are_off_by_what_is_known(
     assert of(found, "stick-slip") == 0.0
 
 
-def test_last_named_is_the_yardstick_and_viscous_is_added(scene: Path) -> None:
+def test_last_named_is_the_reference_and_viscous_is_added(scene: Path) -> None:
     found = compare(load(scene), ("stick-slip", "moreau"))
-    assert found.yardstick == "moreau"
+    assert found.reference == "moreau"
     assert found.table.approaches == ("stick-slip", "moreau", "viscous")
     assert of(found, "moreau") == 0.0
 
@@ -279,7 +279,7 @@ def test_few_cases_that_agree_are_named_and_a_range_of_all_is_not() -> None:
     assert lying([0, 1, 2, 3, 4, 5], 16, keys=2) == ": kinetic 0 to 2 N"
 
 
-def test_diagnosis_is_made_against_the_yardstick_whatever_the_file_solves_with(
+def test_diagnosis_is_made_against_the_reference_whatever_the_file_solves_with(
     scene: Path,
 ) -> None:
     found = compare(load(scene, {"solver.approach": "signum"}), ("signum", "stick-slip"))
@@ -334,7 +334,7 @@ def test_what_an_approach_leaves_out_is_a_caution_that_names_it(scene: Path) -> 
         (("signum", "viscous"), "viscous ignores dry friction"),
     ],
 )
-def test_none_is_off_a_yardstick_that_may_be_off_itself(scene: Path, names, why) -> None:
+def test_none_is_off_a_reference_that_may_be_off_itself(scene: Path, names, why) -> None:
     """The exact solution was `off: +97.5 %` against an approach that left the lift-off out."""
     varied = {"amplitude": 1.4, "frequency": 7}
     words = {"friction.normal_variation": varied} if "moreau" in names else {}
@@ -526,7 +526,7 @@ class TestComparison:
         T_a = {row.metrics["T_a"] for row in found.table.of("lugre")}
         assert len(T_a) == 4
 
-    def test_key_that_only_the_yardstick_has_use_for_leaves_no_gap_in_the_verdict(
+    def test_key_that_only_the_reference_has_use_for_leaves_no_gap_in_the_verdict(
         self, laws_scene
     ):
         laws_scene.write_text(

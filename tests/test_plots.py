@@ -409,10 +409,10 @@ SWEPT = {
         ["signum", "smooth", "stick-slip"], *axes(force=[0, 15, 45], rms=[0.33, 0.67]), n=1500
     ),
     "one case": lambda: orbits(["signum", "switch", "smooth", "stick-slip"]),
-    "frictionless yardstick": lambda: comparison(
+    "frictionless reference": lambda: comparison(
         ["stick-slip", "viscous"], *axes(force=[0, 45]), n=900, shown={}
     ),
-    "no yardstick value": lambda: without(orbits(["signum", "stick-slip"]), "stick-slip"),
+    "no reference value": lambda: without(orbits(["signum", "stick-slip"]), "stick-slip"),
     "one point": lambda: comparison(["smooth", "stick-slip"], *axes(force=[15]), n=900),
     "slow": lambda: orbits(["smooth", "stick-slip"], frequency=0.5),
     "always stuck": lambda: orbits(["smooth", "stick-slip"], force=500.0),
@@ -487,21 +487,21 @@ def test_case_that_is_shown_has_its_panel():
     assert "aᵤ 0.4 m/s²" in titles
 
 
-def test_stretch_that_is_shown_holds_a_stop_of_the_yardstick():
+def test_stretch_that_is_shown_holds_a_stop_of_the_reference():
     made = orbits(["signum", "stick-slip"])
-    yardstick = made.responses["stick-slip"]
-    begin, end = comparison_plot.choose_interval(yardstick, [made.responses["signum"]], 0.4)
-    assert 0.4 <= begin < end <= yardstick.trajectory.end
-    inside = (yardstick.t >= begin) & (yardstick.t <= end)
-    assert 0 < yardstick.stuck[inside].mean() < 1
+    reference = made.responses["stick-slip"]
+    begin, end = comparison_plot.choose_interval(reference, [made.responses["signum"]], 0.4)
+    assert 0.4 <= begin < end <= reference.trajectory.end
+    inside = (reference.t >= begin) & (reference.t <= end)
+    assert 0 < reference.stuck[inside].mean() < 1
 
 
 def test_stretch_without_a_stop_holds_the_greatest_deviation():
     made = orbits(["smooth", "stick-slip"], force=1.0)
-    yardstick, other = made.responses["stick-slip"], made.responses["smooth"]
-    gap = comparison_plot.acceleration_difference(yardstick, other, 0.2)
-    begin, end = comparison_plot.choose_interval(yardstick, [other], 0.2)
-    assert begin <= 0.2 + gap.argmax() * yardstick.dt <= end
+    reference, other = made.responses["stick-slip"], made.responses["smooth"]
+    gap = comparison_plot.acceleration_difference(reference, other, 0.2)
+    begin, end = comparison_plot.choose_interval(reference, [other], 0.2)
+    assert begin <= 0.2 + gap.argmax() * reference.dt <= end
 
 
 def test_short_orbit_goes_on_beside_one_that_is_twice_as_long(tmp_path):

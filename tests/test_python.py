@@ -127,6 +127,6 @@ def test_names_of_a_comparison_are_listed_or_given_one_by_one(seat):
     one = drysim.compare(scenario, "signum", "stick-slip")
     assert one == drysim.compare(scenario, names=["signum", "stick-slip"])
     assert one == drysim.compare(scenario, "signum vs stick-slip")
-    assert drysim.compare(scenario, ["smooth", "signum"], "moreau").yardstick == "moreau"
+    assert drysim.compare(scenario, ["smooth", "signum"], "moreau").reference == "moreau"
     with pytest.raises(UsageError, match="expected names"):
         drysim.compare(scenario, "signum", 5)

@@ -90,9 +90,9 @@ def compare(
         found = medians(
             {word: jobs[what] for word, jobs in each.items()}, options.repeats, time.thread_time
         )
-        yardstick = found.pop("coulomb")
-        row = "  ".join(f"{found[word] / yardstick:5.2f}" for word in found)
-        print(f"{name:34} {what:9} coulomb {1e3 * yardstick:7.3f} ms   {row}")
+        reference = found.pop("coulomb")
+        row = "  ".join(f"{found[word] / reference:5.2f}" for word in found)
+        print(f"{name:34} {what:9} coulomb {1e3 * reference:7.3f} ms   {row}")
     counts = [events(jobs["follow"]()) for jobs in each.values()]
     print(f"{name:34} {'events':9} coulomb {counts[0]:7}      {counts[1:]}", flush=True)
 

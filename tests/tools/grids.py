@@ -106,7 +106,7 @@ def random_rows(approach, swept, n, limit):
 
 
 def comparison(names, *swept, n=4_000, limit=0.025, shown=None, verdict=("all agree",)):
-    """Return a comparison on random base motion; the last name is the yardstick."""
+    """Return a comparison on random base motion; the last name is the reference."""
     rows, responses = [], {}
     at = shown if shown is not None else next(points(swept))
     for name in dict.fromkeys([*names, "viscous"]):
