@@ -7,6 +7,7 @@ import json
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -357,14 +358,36 @@ def test_shell_completes_keys_metrics_words_and_pages():
     assert options.complete_pages() == list(pages())
 
 
+PACKAGE = Path(drysim.__file__).parent
+SOURCE_FILE = re.compile(r"`((?:\w+/)*\w+\.(?:py|md))`")
+
+
 def test_files_to_add_something_to_are_there():
     section = pages()["development"].text.partition("## Adding something")[2]
-    root = Path(drysim.__file__).parent
-    files = re.findall(r"`((?:\w+/)+\w+\.(?:py|md))`", section)
+    files = SOURCE_FILE.findall(section)
     assert {file.partition("/")[0] for file in files} >= {"metrics", "results", "study", "cli"}
-    tests = Path(__file__).parents[1]
     for file in files:
-        assert any((base / file).exists() for base in (root, root / "manual", tests))
+        assert any((base / file).exists() for base in (PACKAGE, PACKAGE / "manual", ROOT))
+
+
+def test_architecture_draws_the_layers_that_are_checked():
+    (drawing,) = re.findall(r"```text\n(.*?)```", pages()["architecture"].text, re.S)
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    layers, *_ = settings["tool"]["importlinter"]["contracts"]
+    assert re.findall(r"^│ ((?:\w+)(?: \| \w+)*) ", drawing, re.M) == layers["layers"]
+
+
+STEPS = re.findall(r"^\d+\. (.*?)(?=\n\d|\n\n|\Z)", pages()["architecture"].text, re.S | re.M)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_step_through_the_files_names_what_they_define(step):
+    files = SOURCE_FILE.findall(step)
+    source = "\n".join((PACKAGE / file).read_text(encoding="utf-8") for file in files)
+    names = re.findall(r"`(\w*(?:[a-z]_[a-z]|[A-Z])\w*|main|load|solve|write|search)`", step)
+    defined = re.findall(r"^ *(?:def|class) (\w+)|^(\w+) = ", source, re.M)
+    assert files
+    assert [name for name in names if name not in {*sum(defined, ())}] == []
 
 
 def test_changes_name_the_version_that_is_installed_as_the_latest_release():

@@ -23,7 +23,7 @@ SECTIONS = {
     ),
     "background": (
         "physics", "exact", "speed", "paper", "choices", "robustness", "cluster",
-        "development", "changes",
+        "architecture", "development", "changes",
     ),
 }  # fmt: skip
 """Names of the pages by section, in reading order."""
