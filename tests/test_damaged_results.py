@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from seat import SEAT
 from drysim import output
 from drysim.cli import main
 from drysim.output.folder import add_report, read_stored_fields
+from drysim.results.fields import is_intact
 from drysim.study.gallery import find
 
 SWEEP = "\nsweep: {excitation.frequency: {from: 1, to: 3, count: 3}}\n"
@@ -94,6 +96,117 @@ def damaged(text, rng):
     return words[: rng.integers(len(words))] if rng.random() < 0.1 else words
 
 
+CHANGED = "Changed since drysim wrote them: drysim.json."
+NOTICED = re.compile(r"Changed since drysim wrote them: .*drysim\.json\.")
+WORDS_OF_PYTHON = re.compile(
+    r"\w(Error|Exception)\b|[Ii]nput should|pydantic|object has no|NoneType"
+)
+
+
+def is_same(text, other):
+    """Whether two texts are the same JSON, which may have another layout."""
+    return json.dumps(json.loads(text)) == json.dumps(json.loads(other))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_value_of_drysim_json_that_is_changed_is_noticed(results, kind):
+    text = (results(kind) / "drysim.json").read_text(encoding="utf-8")
+    assert is_intact(json.loads(text))
+    for *above, last in places(json.loads(text)):
+        fields = json.loads(text)
+        parent = fields
+        for key in above:
+            parent = parent[key]
+        value = parent[last]
+        parent[last] = not value if isinstance(value, bool) else [value]
+        assert not is_intact(fields), (above, last)
+        del parent[last]
+        assert not is_intact(fields), (above, last)
+
+
+def test_each_byte_of_drysim_json_that_is_changed_is_noticed(results, capsys):
+    folder = results("run")
+    file, rng = folder / "drysim.json", np.random.Generator(np.random.PCG64(3))
+    whole = file.read_bytes()
+    try:
+        for place in rng.integers(len(whole), size=150):
+            changed = bytearray(whole)
+            changed[place] = rng.integers(256)
+            file.write_bytes(changed)
+            code = main(["summarise", str(folder)])
+            err = capsys.readouterr().err
+            if code:
+                assert (code, err.startswith("error: ")) == (2, True)
+            else:
+                assert is_same(changed, whole) or NOTICED.search(err), changed[place - 20 :][
+                    :40
+                ]
+    finally:
+        file.write_bytes(whole)
+
+
+def test_another_layout_of_drysim_json_is_no_change(results, drysim):
+    file = results("run") / "drysim.json"
+    whole = file.read_text(encoding="utf-8")
+    file.write_text(json.dumps(dict(reversed(json.loads(whole).items()))), encoding="utf-8")
+    try:
+        assert drysim("summarise", file.parent).err == ""
+    finally:
+        file.write_text(whole, encoding="utf-8")
+
+
+def test_report_of_a_changed_result_claims_nothing_and_does_not_hide_it(seat, drysim):
+    assert (
+        drysim("run", seat, "--no-plots", "--out", "out", "--set", "checks=[T_a < 9]").code == 0
+    )
+    file = Path("out/drysim.json")
+    file.write_text(file.read_text().replace('"passed": true', '"passed": false', 1))
+    for _ in range(2):
+        done = drysim("report", "out", "--no-plots", "--quiet")
+        assert (done.code, done.err) == (0, f"warning: out: {CHANGED}\n")
+        page = Path("out/report.html").read_text(encoding="utf-8")
+        assert "Do not rely on this result" in page
+        assert CHANGED in page
+        assert "No warnings." not in page
+        assert "meets the requirements" not in page
+        assert f"warning: {CHANGED}" in drysim("summarise", "out").err
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "sentence"),
+    [
+        (
+            ("metrics", "T_a"),
+            "high",
+            "metrics.T_a is `high`, which drysim does not write there",
+        ),
+        (
+            ("summary", "groups", 0, 0),
+            3,
+            "summary.groups.0.0 is 3, which drysim does not write",
+        ),
+        (("summary", "checks"), [{}], "summary.checks.0.passed is missing"),
+        (("warnings",), 3, "warnings is 3, which drysim does not write there"),
+    ],
+)
+def test_damaged_value_is_named_with_its_place(results, drysim, path, value, sentence):
+    file = results("run") / "drysim.json"
+    whole = file.read_text(encoding="utf-8")
+    fields = json.loads(whole)
+    *above, last = path
+    parent = fields
+    for key in above:
+        parent = parent[key]
+    parent[last] = value
+    file.write_text(json.dumps(fields), encoding="utf-8")
+    try:
+        done = drysim("report", file.parent, "--no-plots")
+    finally:
+        file.write_text(whole, encoding="utf-8")
+    assert (done.code, done.out) == (2, "")
+    assert f"drysim.json is damaged: {sentence}" in " ".join(done.err.split())
+
+
 def check_damaged(folder, number, pages, seed, capsys):
     """Summarise damaged copies, and report some: shown, or an error that names the file."""
     file, rng = folder / "drysim.json", np.random.Generator(np.random.PCG64(seed))
@@ -112,6 +225,9 @@ def check_damaged(folder, number, pages, seed, capsys):
                 if code:
                     assert err.startswith("error: "), words
                     assert out == "", words
+                    assert not WORDS_OF_PYTHON.search(err), err
+                else:
+                    assert is_same(words, whole) or NOTICED.search(err), words
             assert {path.name for path in folder.iterdir()} <= names_of(whole)
             (folder / "report.html").unlink(missing_ok=True)
     finally:

@@ -20,6 +20,7 @@ from drysim.manual.words import DESIGN, FIT, entries, explain
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output import report
 from drysim.output.folder import save_report
+from drysim.results.fields import DIGEST, digest_of
 from drysim.study.summary import BAD, Row
 from drysim.system import file_sha256
 from drysim.wording import format_number
@@ -378,9 +379,10 @@ def test_text_of_scenario_and_record_is_escaped(result, tmp_path):
 
 
 def change(folder, **fields):
-    """Change fields of drysim.json."""
+    """Change fields of drysim.json as if drysim had written them so."""
     file = folder / "drysim.json"
-    file.write_text(json.dumps({**json.loads(file.read_text()), **fields}))
+    fields = {**json.loads(file.read_text()), **fields}
+    file.write_text(json.dumps({**fields, DIGEST: digest_of(fields)}))
 
 
 def test_text_of_a_stored_result_is_escaped(result, drysim):
@@ -572,8 +574,11 @@ FAULTS = {
     "not a result": (unmark, "out is no result of drysim: it has no drysim.json"),
     "a file": (replace_by_file, "out is a file, not a folder"),
     "marker is a folder": (mark_by_folder, "is not a plain file"),
-    "no JSON": (lambda folder: spoil(folder, '{"format": 1, '), "has no finished result"),
-    "nested": (nested, "has no finished result"),
+    "no JSON": (
+        lambda folder: spoil(folder, '{"format": 1, '),
+        "is damaged: it is not valid JSON from line 1, column ",
+    ),
+    "nested": (nested, "is damaged: it is not valid JSON"),
     "a list": (lambda folder: spoil(folder, "[]"), "has no finished result"),
     "begun": (
         lambda folder: spoil(folder, '{"format": 1, "complete": false}'),
@@ -596,7 +601,8 @@ FAULTS = {
         lambda folder: change(folder, numerics={"swept": 3}), "is damaged: ",
     ),
     "not a number": (
-        lambda folder: change(folder, metrics={"T_a": float("nan")}), "has no finished result",
+        lambda folder: change(folder, metrics={"T_a": float("nan")}),
+        "is damaged: it is not valid JSON",
     ),
     "edited": (edit, "scenario.yaml was edited since drysim wrote it"),
     "no scenario": (lambda folder: (folder / "scenario.yaml").unlink(), "cannot read"),

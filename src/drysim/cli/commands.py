@@ -609,7 +609,7 @@ def summarise(folder: options.Folder, as_json: options.Json = False) -> int:
     from drysim.study.summary import BAD
 
     fields = read_stored_fields(folder)
-    with translate_damage(folder):  # a damaged result is found before anything is shown
+    with translate_damage(folder, fields):  # a damaged result is found before anything is shown
         show_stored(fields, terminal.PlainConsole(StringIO()))
         warnings = stored_warnings(fields)
         files = note_on_files(folder, fields)

@@ -27,7 +27,7 @@ import os
 import re
 import shutil
 import stat
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from functools import partial as bind
 from pathlib import Path
@@ -36,11 +36,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim.errors import EXIT_INTERRUPTED, OutputError
 from drysim.forced_exit import at_forced_exit, no_forced_exit
-from drysim.messages import shorten
+from drysim.messages import format_value, shorten
 from drysim.results import all_kinds, fields_of, kind_of
-from drysim.results.fields import FORMAT_VERSION, Provenance, json_text
+from drysim.results.fields import (
+    DIGEST,
+    FORMAT_VERSION,
+    Provenance,
+    digest_of,
+    is_intact,
+    json_text,
+)
 from drysim.results.kind import SCENARIO_FILE
-from drysim.study.summary import BAD, Note
+from drysim.study.summary import BAD, Note, Summary
 from drysim.system import (
     NotARegularFile,
     file_sha256,
@@ -147,6 +154,7 @@ def write_folder(
             for path in result_files(locked.partial, kind)
         }
         fields = fields_of(result, Provenance(command, exit_code, files))
+        fields[DIGEST] = digest_of(fields)
         if to_page is not None and exit_code != EXIT_INTERRUPTED:
             write_report(locked.partial, to_page(fields, locked.partial), fields)
         else:
@@ -162,11 +170,14 @@ def write_folder(
 def write_report(folder: Path, page: str, fields: dict[str, Any]) -> None:
     """Write the report of a result into its folder, and add it to the files in its fields.
 
-    The marker lists the report before it is there: after a kill, no file is unknown.
+    The marker lists the report before it is there: after a kill, no file is unknown. Fields
+    that were changed since drysim wrote them do not become intact by this.
     """
-    content = page.encode()
+    content, intact = page.encode(), is_intact(fields)
     listed = {**fields["files"], REPORT_FILE: hashlib.sha256(content).hexdigest()}
     fields["files"] = dict(sorted(listed.items()))
+    if intact:
+        fields[DIGEST] = digest_of(fields)
     write_marker(folder, json_text(fields))
     (folder / MARKER_DRAFT).write_bytes(content)
     replace(folder / MARKER_DRAFT, folder / REPORT_FILE)
@@ -546,8 +557,13 @@ def read_stored_fields(folder: Path) -> dict[str, Any]:
             raise OutputError(sentence, _resume_hint(parts)) from fault
         reason = (fault.strerror or str(fault)).lower()
         raise OutputError(f"cannot read {folder}: {reason}", hint) from fault
-    except (ValueError, RecursionError):
-        fields = None
+    except (ValueError, RecursionError) as fault:
+        place = ""
+        if isinstance(fault, json.JSONDecodeError):
+            place = f" from line {fault.lineno}, column {fault.colno} on"
+        raise OutputError(
+            f"{file} is damaged: it is not valid JSON{place}", AGAIN_HINT
+        ) from fault
     if not isinstance(fields, dict) or not FIELD_TYPES.keys() <= fields.keys():
         raise OutputError(f"{file} has no finished result", hint)
     version = fields.get("format")
@@ -576,7 +592,7 @@ def _resume_hint(parts: Sequence[str]) -> str:
 
 
 @contextmanager
-def translate_damage(folder: Path) -> Iterator[None]:
+def translate_damage(folder: Path, fields: Mapping[str, Any]) -> Iterator[None]:
     """Turn what values of a wrong type or size raise into an error of drysim.json.
 
     Raises
@@ -587,8 +603,36 @@ def translate_damage(folder: Path) -> Iterator[None]:
     try:
         yield
     except DAMAGE as fault:
-        reason = shorten(f"{type(fault).__name__}: {fault}", 200)
-        raise OutputError(f"{folder / MARKER} is damaged: {reason}", AGAIN_HINT) from fault
+        sentence = f"{folder / MARKER} is damaged: {describe_damage(fault, fields)}"
+        raise OutputError(sentence, AGAIN_HINT) from fault
+
+
+def describe_damage(fault: Exception, fields: Mapping[str, Any]) -> str:
+    """Describe what is wrong with a value of drysim.json, with its place if that is known."""
+    from pydantic import ValidationError
+
+    if not isinstance(fault, ValidationError):
+        return "a value is missing, or is not as drysim writes it"
+    first = fault.errors(include_url=False)[0]
+    path, value = list(first["loc"]), first["input"]
+    if fault.title == Summary.__name__:
+        path.insert(0, "summary")
+    if first["type"] == "missing":
+        return f"{'.'.join(map(str, path))} is missing"
+    while path and not _has_path(fields, path):
+        path.pop()  # the type that was tried last
+    place = ".".join(map(str, path))
+    return f"{place} is {format_value(value)}, which drysim does not write there"
+
+
+def _has_path(value: Any, path: Sequence[str | int]) -> bool:
+    """Whether a tree of JSON has a value under these keys and indices."""
+    try:
+        for step in path:
+            value = value[step]
+    except (LookupError, TypeError):
+        return False
+    return True
 
 
 def _no_number(word: str) -> None:
@@ -789,11 +833,15 @@ def remove_folder(folder: Path) -> None:
 
 
 def note_on_files(folder: Path, fields: dict[str, Any]) -> Note:
-    """Return whether all files of a result have the hashes in its drysim.json."""
+    """Return whether the files of a result and its drysim.json are as drysim wrote them.
+
+    The report is left out: `drysim report` replaces it.
+    """
     files = {name: sha for name, sha in fields["files"].items() if name != REPORT_FILE}
     hashes = {name: sha256_of(folder / name) for name in files}
     lost = [name for name, sha in hashes.items() if not sha]
     modified = [name for name, sha in hashes.items() if sha and sha != files[name]]
+    modified += [] if is_intact(fields) else [MARKER]
     states = {"Changed since drysim wrote them": modified, "Missing or unreadable": lost}
     if parts := [f"{state}: {', '.join(names)}." for state, names in states.items() if names]:
         return Note("files", " ".join(parts), BAD)

@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 from unicodedata import category
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 import drysim
 from drysim.approach import EXACT
@@ -341,7 +341,7 @@ def judge(
     objections = [note.sentence for note in notes if note.tone == BAD]
     if objections:
         faults.insert(0, DAMAGED)
-    lines = [*faults, *([] if sentence in faults else [sentence])]
+    lines = [*faults, *([] if objections or sentence in faults else [sentence])]
     if reservations and not faults:
         passed = "Passed, with reservations" if checks else "No verdict, and reservations"
         if failed:
@@ -349,7 +349,7 @@ def judge(
         lines.insert(0, f"{passed}: {'; '.join(reservations)}.")
     elif reservations:
         lines.append(f"Besides: {'; '.join(reservations)}.")
-    else:
+    elif not objections:
         lines.append("No warnings.")
     state = GOOD if checks else OPEN
     state = FAILED if faults else RESERVED if reservations else state
@@ -580,14 +580,8 @@ def read_result(folder: Path) -> Fields:
     fields, file = read_stored_fields(folder), folder / MARKER
     if fields.get("exit_code") == EXIT_INTERRUPTED:
         raise OutputError(f"{folder} is not finished", "finish it with --resume")
-    with translate_damage(folder):
-        try:
-            Stored.model_validate(fields)
-        except ValidationError as fault:
-            first = fault.errors()[0]
-            place = ".".join(map(str, first["loc"]))
-            sentence = f"{file} is damaged: {place}: {first['msg'].lower()}"
-            raise OutputError(sentence, AGAIN_HINT) from fault
+    with translate_damage(folder, fields):
+        Stored.model_validate(fields)
         if fields["kind"] not in KINDS:
             sentence = f"{file} is damaged: there is no kind of result {fields['kind']}"
             raise OutputError(sentence, AGAIN_HINT)

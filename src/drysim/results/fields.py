@@ -200,6 +200,26 @@ def software_versions() -> dict[str, str]:
     return versions
 
 
+DIGEST = "sha256"
+"""Field with the hash of all others."""
+
+
+def digest_of(fields: Mapping[str, Any]) -> str:
+    """Return the SHA-256 (hex) of all fields of a drysim.json but `DIGEST`.
+
+    It is that of their JSON with sorted keys and without blanks, whatever the layout of the
+    file.
+    """
+    content = {key: value for key, value in fields.items() if key != DIGEST}
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def is_intact(fields: Mapping[str, Any]) -> bool:
+    """Whether the fields of a drysim.json are those that drysim wrote."""
+    return fields.get(DIGEST) == digest_of(fields)
+
+
 def json_text(fields: Mapping[str, Any]) -> str:
     """Return fields as JSON in ASCII, which every terminal and pipe can encode."""
     return json.dumps(fields, indent=2, allow_nan=False) + "\n"
