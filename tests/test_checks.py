@@ -113,7 +113,6 @@ def rows(
 @pytest.mark.parametrize(
     ("text", "judges", "value"),
     [
-        ("x_r_peak < 25 mm", "mean", 0.02),
         ("x_r_peak < 25 mm  with every seed ", "every seed", 0.04),
         ("x_r_peak > 25 mm with every seed", "every seed", 0.01),
         ("x_r_peak p50 < 25 mm", "p50", 0.015),
@@ -121,7 +120,7 @@ def rows(
         ("x_r_peak < 25 mm with every seed at excitation.rms > 1", "every seed", 0.04),
     ],
 )
-def test_check_judges_mean_quantile_or_every_seed(text, judges, value):
+def test_check_judges_quantile_or_every_seed(text, judges, value):
     check = Check.parse(text, UNITS)
     assert (check.judges, check.limit, str(check)) == (judges, 0.025, text)
     assert check.over_seeds(np.array([0.01, 0.04, 0.01, 0.02])) == pytest.approx(value)

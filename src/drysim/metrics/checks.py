@@ -139,15 +139,13 @@ class Check:
         return replace(self, conditions=tuple(conditions))
 
     def over_seeds(self, values: Column) -> Any:
-        """Return the value over several seeds that the check judges.
+        """Return the value over several seeds that the check judges, other than their mean.
 
         Parameters
         ----------
         values : ndarray, shape (seeds, ...)
             Metric of each seed. NaN where unknown, which makes the value NaN.
         """
-        if self.judges == MEAN:
-            return values.mean(axis=0)
         if self.judges == EVERY_SEED:
             worst = self.excess(values).argmax(axis=0)  # of NaN, if there is any
             return np.take_along_axis(values, np.expand_dims(worst, 0), axis=0)[0]
