@@ -49,11 +49,10 @@ from drysim.study.design import (
     DesignResult,
     Variant,
     keys_at_bounds,
-    limited_value,
     limits_of,
     number_of,
 )
-from drysim.study.statistics import max_seeds
+from drysim.study.statistics import judged_value, max_seeds
 from drysim.study.summary import BAD, Grid, Note, Row, Summary
 from drysim.study.table import hourly_stroke_used
 from drysim.wording import (
@@ -370,7 +369,7 @@ def write_design_csv(result: DesignResult, file: Path) -> None:
         column = np.array(values, dtype=float)
         return Column(name, unit, lambda batch: column[batch.first :][: len(batch)], whole)
 
-    keys = {key: unit for vary in result.design.vary for key, unit in [(vary.key, vary.unit)]}
+    keys = {vary.key: vary.unit for vary in result.design.vary}
     columns = [
         of_design("design", "-", [candidate.number for candidate in designs], whole=True),
         *(key_column(key, unit) for key, unit in keys.items()),
@@ -394,7 +393,7 @@ def write_design_csv(result: DesignResult, file: Path) -> None:
         STATUS_COLUMN,
     ]
     if STROKE_WITH_EVERY_SEED in result.limits:
-        most = [limited_value(STROKE_WITH_EVERY_SEED, row) for row in rows]
+        most = [number_of(judged_value(STROKE_WITH_EVERY_SEED, row)) for row in rows]
         columns.append(of_design("stroke_used_max", "-", most))
     if rows[0].over:
         columns += [SEEDS_COLUMN, *map(interval_column, named)]

@@ -13,7 +13,7 @@ be told apart from the best one with these seeds.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import floor, inf, isfinite, isnan, log, log10, nan
@@ -276,9 +276,8 @@ class DesignResult(Result):
 
     def judge(self, rows: Sequence[Row]) -> tuple[Verdict, ...]:
         """Return the limits, judged on the worst of some rows of a design."""
-        keys = {axis.key for axis in self.design.conditions.axes}
         return tuple(
-            max((judge_limit(limit, row, keys) for row in rows), key=violation)
+            max((judge_row(limit, row, self.place_of(row)) for row in rows), key=violation)
             for limit in self.limits
         )
 
@@ -760,23 +759,12 @@ def max_excess(limit: Check, rows: Sequence[Row]) -> float:
 
     It is above 0 exactly where the limit does not hold, also at the limit itself.
     """
-    values = [limited_value(limit, row) for row in rows]
+    values = [number_of(judged_value(limit, row)) for row in rows]
     if any(map(isnan, values)):
         return nan
     worst = max(float(limit.excess(value)) for value in values) / (abs(limit.limit) or 1.0)
     kept = all(map(limit.holds, values))
     return worst if kept else max(worst, LEAST_EXCESS)
-
-
-def limited_value(limit: Check, row: Row) -> float:
-    """Return the value over seeds that a limit judges; NaN if it is unknown."""
-    return number_of(judged_value(limit, row))
-
-
-def judge_limit(limit: Check, row: Row, conditions: Collection[str]) -> Verdict:
-    """Return the verdict on a limit under one condition."""
-    where = {key: value for key, value in row.point.items() if key in conditions}
-    return judge_row(limit, row, where)
 
 
 def evaluations_of(scenario: Scenario, candidates: Sequence[Candidate]) -> Evaluations:
