@@ -877,6 +877,14 @@ def test_map_has_a_line_around_its_inadmissible_region(tmp_path):
     assert "exceeds a limit" in legend(figure)
 
 
+def test_star_of_the_best_design_lies_above_all_other_marks():
+    from drysim.plots import design
+
+    others = [style for name, style in vars(design).items() if name.endswith("_STYLE")]
+    highest = max(style.get("zorder", 2) for style in others if style is not design.BEST_STYLE)
+    assert design.BEST_STYLE["zorder"] > highest
+
+
 def test_picture_of_a_front_marks_its_ends(tmp_path):
     result = drysim.design(loaded(tmp_path, SINE, f"""
   vary: {{{DAMPING}}}

@@ -313,24 +313,61 @@ def test_comparison_of_a_sample_draws_points_and_no_line_between_them(tmp_path):
 @pytest.mark.parametrize(
     "words", ["mmmm WWWW, " * 60, "iiii llll; " * 60, "m" * 500, "T_a 1, " * 45, "$" * 300]
 )
-def test_heading_has_two_lines_that_never_leave_the_picture(words):
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
+def test_heading_never_leaves_the_picture(words):
     with style.picture_style():
         figure, _ = style.panel_grid(1, 1)
         style.finish_figure(figure, style.make_heading(stand_in("psd"), words, words, words))
-    canvas = FigureCanvasAgg(figure)
-    _, *found = [text.get_window_extent(canvas.get_renderer()) for text in figure.texts]
-    assert len(found) == 2
-    wide = figure.get_figwidth() * figure.dpi
-    assert max(box.x1 for box in found) <= wide
-    assert min(box.x1 for box in found) > 0.8 * wide
+    rendered(figure)
+    titles = [text.get_window_extent() for text in figure.texts]
+    assert 2 < len(titles) <= 1 + 2 * style.MAX_WRAPPED_LINES
+    assert apart(titles)
+    assert max(box.x1 for box in titles) <= figure.bbox.x1
+    assert max(box.x1 for box in titles) > 0.8 * figure.bbox.x1
 
 
-def test_heading_is_cut_between_a_number_and_the_next_name():
-    words = ", ".join(f"oscillator.{'x' * key} 50 N·s/m" for key in range(20))
-    for line in style.make_heading(stand_in("psd"), words, "m 75 kg", words).lines:
-        assert line.endswith("50 N·s/m, …")
+@pytest.mark.parametrize("count", [8, 20])
+def test_heading_is_wrapped_and_cut_between_a_number_and_the_next_name(count):
+    words = ", ".join(f"oscillator.{'x' * key} 50 N·s/m" for key in range(count))
+    lines = style.make_heading(stand_in("psd"), words, "m 75 kg", words).lines
+    assert len(lines) == 6 if count == 20 else " ".join(lines).count(words) == 2
+    for line in lines:
+        assert line.endswith(("50 N·s/m", "50 N·s/m,", "50 N·s/m, …"))
+    assert sum("…" in line for line in lines) == 2 * (count == 20)
+
+
+def test_legend_has_no_entry_of_what_is_out_of_view():
+    figure, grid = style.panel_grid(1, 1)
+    axes = figure.add_subplot(grid[0, 0])
+    axes.plot([0, 10], [5, -5], label="a line that crosses the panel")
+    axes.plot([0, 10], [5, -5], "o", label="dots beside it")
+    axes.plot([0, np.nan, 10], [5, np.nan, 5], label="a line above it")
+    axes.plot([5.9, np.nan], [0.0, np.nan], "o", label="a dot on its edge")
+    axes.axhline(2.0, label="a limit above it")
+    axes.axhline(0.5, label="a limit in it")
+    axes.plot([], [], label="a stand-in")
+    axes.set_xlim(4.5, 5.9)
+    axes.set_ylim(-1, 1)
+    style.finish_figure(figure, style.Heading("", ()))
+    assert legend(figure) == [
+        "a line that crosses the panel", "a dot on its edge", "a limit in it", "a stand-in"
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("which", ["x", "y"])
+def test_ticks_of_a_short_axis_far_from_zero_are_written_in_full(which):
+    with style.picture_style():
+        figure, grid = style.panel_grid(1, 1)
+        axes = figure.add_subplot(grid[0, 0])
+        ends = [1.2999, 1.2999 + 1e-9]
+        axes.plot(*([ends, [0, 1]] if which == "x" else [[0, 1], ends]))
+        axis = getattr(axes, f"{which}axis")
+        if which == "x":
+            style.set_ticks(axis)
+        figure.draw_without_rendering()
+        assert not axis.get_offset_text().get_text()
+        labels = [tick.label1.get_text() for tick in axis.get_major_ticks()]
+    assert len({*labels}) == len(labels) > 1
+    assert all(float(label) == pytest.approx(1.2999, abs=2e-9) for label in labels)
 
 
 def test_no_text_of_a_picture_is_a_formula(tmp_path):

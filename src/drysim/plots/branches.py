@@ -71,7 +71,7 @@ def draw(result: BranchesResult) -> Figure:
     heading = style.make_heading(
         result.scenario,
         describe_motions(result),
-        "; ".join(sentence for _, sentence in scene),
+        style.join_scene(scene),
         result.scenario.excitation.describe_cases(case.motion, [result.axis.key]),
     )
     style.finish_figure(figure, heading)

@@ -494,7 +494,7 @@ def draw_profile(axes: Axes, parameter: Parameter, profile: Profile, first: bool
         f"95 %: {format_profile_interval(parameter, 1, format_unit(parameter.unit))}",
         loc="left",
     )
-    axes.locator_params(axis="x", nbins=5)
+    style.set_ticks(axes.xaxis)
     if first:
         axes.set_ylabel("rise / noise variance [–]")
 

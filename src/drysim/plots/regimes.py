@@ -126,7 +126,7 @@ def heading(result: RegimeMap) -> style.Heading:
         title = f"{title}; with {nearest}"
     scenario, keys = result.scenario, [axis.key for axis in result.axes]
     base = scenario.excitation.describe_cases(None, keys)
-    fixed = "; ".join(text for _, text in describe_fixed(result.case, keys))
+    fixed = style.join_scene(describe_fixed(result.case, keys))
     return style.make_heading(scenario, title, fixed, base)
 
 

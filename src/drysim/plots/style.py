@@ -56,6 +56,7 @@ Style = dict[str, Any]
 RC_PARAMS: Style = {
     "axes.axisbelow": True,
     "axes.formatter.limits": (-3, 4),
+    "axes.formatter.useoffset": False,
     "axes.grid": True,
     "axes.spines.right": False,
     "axes.spines.top": False,
@@ -262,12 +263,31 @@ def finish_figure(
 
 
 def legend_entries(panels: Iterable[Axes]) -> dict[str, Any]:
-    """Return the handle of every label in the panels, without duplicates."""
+    """Return the handle of every label that is in view in a panel, without duplicates."""
     entries: dict[str, Any] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
+            if label not in entries and is_in_view(axes, handle):
+                entries[label] = handle
     return entries
+
+
+def is_in_view(axes: Axes, artist: Any) -> bool:
+    """Whether a line, or a marker, is within the limits of its panel.
+
+    Areas count as in view, and so does a line without points, which stands for others.
+    """
+    from matplotlib.lines import Line2D
+
+    if not isinstance(artist, Line2D) or not artist.get_clip_on():
+        return True
+    view = axes.bbox.padded(1.0)  # rounding must not hide what lies on its edge
+    path = artist.get_transform().transform_path(artist.get_path())
+    points = np.asarray(path.vertices, dtype=float)
+    if not len(points) or ((points >= view.min) & (points <= view.max)).all(axis=1).any():
+        return True
+    crosses = path.cleaned(remove_nans=True).intersects_bbox(view, filled=False)
+    return bool(artist.get_linestyle() != "None" and crosses)
 
 
 def _legend_columns(widths: Sequence[float]) -> int:
@@ -287,6 +307,10 @@ TITLE_SIZE = RC_PARAMS["axes.titlesize"]
 MAX_TICK_LETTERS, MAX_TICKS = 44, 99
 """Characters of all tick labels that fit below a panel of half the width, with two per gap;
 maximum number of ticks."""
+
+TICK_DIGITS = 8
+"""Significant digits of tick labels, of which trailing zeros are omitted; a short axis far from
+0 has more."""
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -373,6 +397,8 @@ def set_ticks(axis: Any) -> None:
     from matplotlib.ticker import Locator, LogLocator, MaxNLocator
 
     low, high = axis.get_view_interval()
+    size, length = max(abs(low), abs(high)), abs(high - low)
+    digits = max(TICK_DIGITS, 3 + ceil(log10(size / length))) if length else TICK_DIGITS
     room, locators = MAX_TICK_LETTERS, list[Locator]()
     if axis.axis_name == "x":
         room = 2 * MAX_TICK_LETTERS // column_count(axis.axes)
@@ -382,10 +408,10 @@ def set_ticks(axis: Any) -> None:
         locators = [LogLocator(subs=subs, numticks=MAX_TICKS) for subs in ((1, 2, 5), (1,))]
     for locator in locators:
         axis.set_major_locator(locator)
-        shown = [tick_label(x) for x in locator.tick_values(low, high) if low <= x <= high]
-        if sum(len(label) + 2 for label in shown) <= room:
+        ticks = (x for x in locator.tick_values(low, high) if low <= x <= high)
+        if sum(len(tick_label(x, digits)) + 2 for x in ticks) <= room:
             break
-    axis.set_major_formatter(lambda x, _: tick_label(x))
+    axis.set_major_formatter(lambda x, _: tick_label(x, digits))
 
 
 def label_decades(axis: Any) -> None:
@@ -394,9 +420,9 @@ def label_decades(axis: Any) -> None:
     axis.set_major_formatter(lambda x, _: f"10{f'{log10(x):.0f}'.translate(SUPERSCRIPTS)}")
 
 
-def tick_label(x: float) -> str:
+def tick_label(x: float, digits: int = TICK_DIGITS) -> str:
     """Return a tick label, with a typographic minus sign."""
-    return wording.format_number(x, digits=8).replace("-", "\N{MINUS SIGN}")
+    return wording.format_number(x, digits=digits).replace("-", "\N{MINUS SIGN}")
 
 
 # Metrics in panels of many cases.
@@ -488,8 +514,12 @@ CLAUSE_BREAK = r"(?<=[,;]) "
 """Where generated text may be wrapped, so that a number stays with its name and unit."""
 
 
+MAX_WRAPPED_LINES = 3
+"""Lines of the heading for the main results, and for the scene."""
+
+
 class Heading(NamedTuple):
-    """Title of a picture and at most two lines below it."""
+    """Title of a picture and the lines below it."""
 
     title: str
     lines: tuple[str, ...]
@@ -509,7 +539,7 @@ def response_heading(outcome: Outcome, results: str = "") -> Heading:
     return make_heading(
         scenario,
         results or _main_results(outcome),
-        _join_scene(scene),
+        join_scene(scene),
         base if seed is None else f"{base}, seed {seed}",
     )
 
@@ -548,7 +578,7 @@ def table_heading(
     base = scenario.excitation.describe_cases(None, varied)
     is_shared = not any(key.startswith("excitation.") for key in varied)
     base = CLEANED * bool(is_shared and describe_clean_up(table.motion)) + base
-    return make_heading(scenario, "; ".join([*notes, ranges]), _join_scene(scene), base + swept)
+    return make_heading(scenario, "; ".join([*notes, ranges]), join_scene(scene), base + swept)
 
 
 def comparison_heading(comparison: Comparison, left_out: int = 0) -> Heading:
@@ -563,9 +593,9 @@ def make_heading(scenario: Scenario, results: str, scene: str, base: str) -> Hea
     In `results` and `scene` x_r and the like are typeset as symbols; `base` is drawn as it is,
     behind the scene.
     """
-    lines = (wording.typeset(results), f"{wording.typeset(scene)}; {base}".removeprefix("; "))
-    shown = (fit_line(wording.sanitise(line)) for line in lines if line)
-    return Heading(fit_title(scenario.name), tuple(shown))
+    parts = (wording.typeset(results), f"{wording.typeset(scene)}; {base}".removeprefix("; "))
+    lines = (line for part in parts if part for line in wrap(wording.sanitise(part)))
+    return Heading(fit_title(scenario.name), tuple(lines))
 
 
 def heading_height(heading: Heading) -> float:
@@ -598,7 +628,7 @@ def _stroke_limit(table: Table, peak: float | None) -> str:
     return "" if swept else f"stroke limit {describe_limits(stroke.limits, peak)}"
 
 
-def _join_scene(scene: Iterable[tuple[str, str]]) -> str:
+def join_scene(scene: Iterable[tuple[str, str]]) -> str:
     """Join the parts of a scene to one line."""
     return "; ".join(f"{label} {text}" if label == END_STOPS else text for label, text in scene)
 
@@ -624,6 +654,17 @@ def _main_results(outcome: Outcome) -> str:
         periods = "one period" if multiple == 1 else f"{multiple} periods"
         parts.append(f"periodic orbit over {periods}")
     return ", ".join(parts)
+
+
+def wrap(text: str) -> list[str]:
+    """Return text as lines of a heading; what the last one does not hold is cut."""
+    lines, clauses = list[str](), re.split(CLAUSE_BREAK, text)
+    while clauses and len(lines) < MAX_WRAPPED_LINES - 1:
+        line = clauses.pop(0)
+        while clauses and text_width(f"{line} {clauses[0]}") <= HEADING_WIDTH:
+            line += f" {clauses.pop(0)}"
+        lines.append(fit_line(line))
+    return [*lines, *([fit_line(" ".join(clauses))] if clauses else [])]
 
 
 def fit_line(text: str, width: float = HEADING_WIDTH, **font: Any) -> str:

@@ -525,7 +525,7 @@ ADMISSIBLE_STYLE: Style = {
 }  # fmt: skip
 BEST_STYLE: Style = {
     "marker": "*", "markersize": 13, "color": "#f2b705", "markeredgecolor": "black",
-    "markeredgewidth": 0.8, "linestyle": "none", "zorder": 5, "clip_on": False,
+    "markeredgewidth": 0.8, "linestyle": "none", "zorder": 7, "clip_on": False,
 }  # fmt: skip
 
 JUMP_STYLE: Style = {
