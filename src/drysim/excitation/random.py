@@ -610,8 +610,8 @@ class Standard(RandomMotion):
         if not spectrum.recalled:
             return motion
         sentence = (
-            f"the stated RMS of {self.machine}, {spectrum.rms:g} m/s², is recalled and was not "
-            "checked against the text of the standard; `scale: nothing` does not use it"
+            f"the stated RMS of {self.machine}, {spectrum.rms:g} m/s², is quoted from memory, "
+            "not checked against the text of the standard; `scale: nothing` does not use it"
         )
         warning = WarningMessage("recalled", sentence, {"rms": spectrum.rms})
         return motion._replace(warnings=(*motion.warnings, warning))
@@ -801,8 +801,9 @@ class Road(RandomMotion):
         if not self.grade or self.grade not in UNVERIFIED_CLASSES:
             return motion
         sentence = (
-            f"the roughness of class {self.grade}, {self.G_d:g} m³ at 0.1 cycle/m, is recalled "
-            "and was not checked against the text of ISO 8608; `roughness` sets another value"
+            f"the roughness of class {self.grade}, {self.G_d:g} m³ at 0.1 cycle/m, is quoted "
+            "from memory, not checked against the text of ISO 8608; `roughness` sets another "
+            "value"
         )
         warning = WarningMessage("recalled", sentence, {"roughness": self.G_d})
         return motion._replace(warnings=(*motion.warnings, warning))

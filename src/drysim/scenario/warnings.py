@@ -159,8 +159,8 @@ def _weighting_warnings(
         weighting, k = DIRECTIONS[direction]
         yield WarningMessage(
             "recalled",
-            f"the factor k = {k:g} of {direction} whole-body vibration is recalled and was not "
-            f"checked against the text of ISO 2631-1; `weighting: {weighting}` has k = 1",
+            f"the factor k = {k:g} of {direction} whole-body vibration is quoted from memory, "
+            f"not checked against the text of ISO 2631-1; `weighting: {weighting}` has k = 1",
             {"k": k},
         )
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
