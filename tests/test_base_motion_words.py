@@ -96,7 +96,7 @@ def test_seat_test_classes_are_explained(drysim):
     done = drysim("explain", "EM3")
     assert done.code == 0
     words = " ".join(done.out.split())
-    assert "wheel loader above 4500 kg (name recalled)" in words
+    assert "wheel loader above 4500 kg (name unverified)" in words
     assert "1.73 m/s², 0.89 to 11.22 Hz" in words
     unknown = drysim("explain", "EM12")
     assert unknown.code == 2

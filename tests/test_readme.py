@@ -327,7 +327,7 @@ def test_options_and_words_of_the_manual_are_explained(drysim):
     for word, meaning in meant.items():
         assert [one.word for one in explain(word)] == [meaning]
     assert {one.where for one in explain("resume")} == {
-        "drysim design", "drysim run", "drysim sweep",
+        "drysim design", "drysim fit", "drysim run", "drysim sweep",
     }  # fmt: skip
     assert drysim("explain", "--resume").out.startswith("--resume: option\n  Continue")
 

@@ -57,7 +57,10 @@ def keys() -> Iterator[str]:
 def row(key: Entry, prefix: str) -> tuple[str, ...]:
     """Return a key as a row, without the path of its block."""
     name, unit = key.word.removeprefix(prefix), key.unit.replace("-", "–")
-    return f"`{name}`", unit, shown(key.default), key.text.replace("|", "\\|")
+    text, choices = key.text.replace("|", "\\|"), [choice for choice, _ in key.choices]
+    if choices and not (choices[0] in text and choices[-1] in text):
+        text += f" One of {', '.join(f'`{choice}`' for choice in choices)}."
+    return f"`{name}`", unit, shown(key.default), text
 
 
 def shown(default: str) -> str:

@@ -17,14 +17,15 @@ Name = Annotated[
     ),
 ]
 List = Annotated[bool, typer.Option("--list", help="List the pages.")]
+ListWords = Annotated[bool, typer.Option("--list", help="List the words, by group.")]
 Word = Annotated[
-    str,
+    str | None,
     typer.Argument(
         metavar="WORD",
         autocompletion=options.complete_words,
         help=(
             "Scenario key, metric, symbol, column, warning, exit code, approach, law, event, "
-            "option."
+            "option, standard, word of a summary."
         ),
     ),
 ]
@@ -50,13 +51,17 @@ def manual(name: Name = None, listed: List = False) -> int:
     return EXIT_OK
 
 
-def explain(word: Word) -> int:
+def explain(word: Word = None, listed: ListWords = False) -> int:
     """Explain a word: key, metric, symbol, column, warning, law."""
-    from drysim.console.pages import show_entries
+    from drysim.console.pages import list_words, show_entries
     from drysim.console.terminal import stdout
     from drysim.manual.words import known_entries
 
-    matching = known_entries(word)
+    if word is None and not listed:
+        raise UsageError("name a word", "`drysim explain --list` shows all words")
+    matches = known_entries(word) if word is not None else []
     with tolerate_closed_pipe():
-        show_entries(matching, stdout())
+        if listed:
+            list_words()
+        show_entries(matches, stdout())
     return EXIT_OK

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from drysim.console import terminal
 from drysim.manual import SECTIONS, Page, for_terminal, pages
-from drysim.manual.words import Entry, known_entries
+from drysim.manual.words import GROUPS, KEY, Entry, entries, known_entries
 
 if TYPE_CHECKING:
     from drysim.console.terminal import AnyConsole
@@ -41,7 +41,8 @@ def explain(word: str) -> str:
     Parameters
     ----------
     word : str
-        A key of scenarios, a metric, symbol, column, warning, law, command or option.
+        A key of scenarios, a metric, symbol, column, warning, law, command, option, standard
+        or another word that `drysim explain --list` shows.
 
     Returns
     -------
@@ -58,15 +59,43 @@ def explain(word: str) -> str:
     return text.getvalue().rstrip("\n")
 
 
-def show_entries(entries: Iterable[Entry], console: AnyConsole) -> None:
+def show_entries(meanings: Iterable[Entry], console: AnyConsole) -> None:
     """Show what a word means; several meanings follow each other."""
-    for i, entry in enumerate(entries):
+    for i, entry in enumerate(meanings):
         if i:
             terminal.print_line(console)
         unit = f" [{entry.unit}]" if entry.unit and entry.unit not in "-–" else ""
-        terminal.print_line(console, f"{entry.word}{unit}: {entry.kind}")
+        kind = f"{entry.kind}, {entry.type}" if entry.type else entry.kind
+        terminal.print_line(console, f"{entry.word}{unit}: {kind}")
         terminal.print_paragraph(console, "  ", entry.text)
-        facts = {"default": entry.default, "where": entry.where, "example": entry.example}
+        described = any(meaning for _, meaning in entry.choices)
+        facts = {
+            "default": entry.default,
+            "choices": "" if described else ", ".join(name for name, _ in entry.choices),
+            "keys": ", ".join(entry.keys),
+            "where": entry.where,
+        }
         for name, fact in facts.items():
             if fact:
                 terminal.print_paragraph(console, f"  {name + ':':<9}", fact)
+        if described:
+            terminal.print_line(console, "  choices:")
+            width = 2 + max(len(name) for name, _ in entry.choices)
+            for name, meaning in entry.choices:
+                terminal.print_paragraph(console, f"    {name:<{width}}", meaning)
+        if entry.example:
+            terminal.print_paragraph(console, "  example: ", entry.example)
+
+
+def list_words() -> None:
+    """Show the words that `explain` knows, by group; of keys the blocks and their keys."""
+    console = terminal.stdout()
+    for group, kinds in GROUPS.items():
+        members = [entry for entry in entries() if entry.kind in kinds]
+        names = [entry.word for entry in members if KEY not in kinds or "." not in entry.word]
+        terminal.print_line(console, group)
+        terminal.print_paragraph(console, "  ", ", ".join(dict.fromkeys(names)))
+    terminal.print_line(console)
+    count = sum(entry.kind == KEY and "." in entry.word for entry in entries())
+    text = f"and {count} keys in blocks: `drysim explain oscillator` lists those of a block"
+    terminal.print_paragraph(console, "", text)

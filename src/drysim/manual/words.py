@@ -9,19 +9,20 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+import shlex
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
 from drysim.approach import APPROACHES_BY_NAME
 from drysim.errors import UsageError
 from drysim.excitation.random import MACHINE_CLASSES
-from drysim.manual import pages
+from drysim.manual import examples, pages
 from drysim.messages import closest_match, did_you_mean
 from drysim.metrics.table import FIT_METRICS, METRICS
 from drysim.scenario.keys import TAG_KEYS
-from drysim.study.gallery import SCHEMA_FILE, folder, list_scenarios
-from drysim.yaml_document import dump, read_document
+from drysim.scenario.laws import DEFAULT_LAW, LAW_KEY
+from drysim.study.gallery import SCHEMA_FILE, folder
 
 
 class Entry(NamedTuple):
@@ -37,8 +38,14 @@ class Entry(NamedTuple):
         Its meaning, in sentences.
     unit : str
         Unit of its value, empty for none.
+    type : str
+        Type of the value of a key, such as `number`.
     default : str
         Default value of a key; `required` if the key has no default.
+    choices : tuple
+        Values to choose from, each with its meaning, which may be empty.
+    keys : tuple of str
+        Names of the keys of a block.
     where : str
         Files or blocks in which it occurs.
     example : str
@@ -49,7 +56,10 @@ class Entry(NamedTuple):
     kind: str
     text: str
     unit: str = ""
+    type: str = ""
     default: str = ""
+    choices: tuple[tuple[str, str], ...] = ()
+    keys: tuple[str, ...] = ()
     where: str = ""
     example: str = ""
 
@@ -61,6 +71,24 @@ CLASS = "seat-test class"
 DESIGN, FIT = "word of a design study", "word of a fit"
 BRANCHES, MAP = "word of branches", "word of a regime map"
 COMMAND, SUMMARY = "command", "label of a summary"
+STANDARD, QUESTION = "standard", "question"
+
+GROUPS = {
+    "scenario keys": (KEY,),
+    "kinds of base motion, seat-test classes": (EXCITATION, CLASS),
+    "friction laws": (LAW,),
+    "approaches": (APPROACH,),
+    "standards": (STANDARD,),
+    "questions": (QUESTION,),
+    "metrics": (METRIC,),
+    "symbols": (SYMBOL,),
+    "summaries": (SUMMARY, DESIGN, FIT, BRANCHES, MAP),
+    "columns and events": (COLUMN, EVENT),
+    "commands and options": (COMMAND, OPTION),
+    "exit codes": (EXIT,),
+    "warnings": (WARNING,),
+}
+"""Kinds of word in the groups in which `drysim explain --list` shows them."""
 
 MACHINES = {
     "EM1": "articulated or rigid-frame dumper above 4500 kg",
@@ -73,7 +101,57 @@ MACHINES = {
     "EM8": "compact loader up to 4500 kg",
     "EM9": "skid-steer loader up to 4500 kg",
 }
-"""Machines of the classes of ISO 7096, recalled and not checked against its text."""
+"""Machines of the classes of ISO 7096, not verified against its text."""
+
+STANDARDS = {
+    "ISO 7096": (
+        "Laboratory test of the seats of earth-moving machines. Its classes EM1 to EM9 are "
+        "base motions of `kind: standard`; its limits, such as that of SEAT, are `checks`.",
+        "excitation: {kind: standard, class: EM3, duration: 60 s, seed: 1}",
+    ),
+    "EN 13490": (
+        "Laboratory test of the seats of industrial trucks. Its classes IT1 to IT4 are base "
+        "motions of `kind: standard`.",
+        "excitation: {kind: standard, class: IT2, duration: 60 s, seed: 1}",
+    ),
+    "ISO 5007": (
+        "Laboratory test of the seats of agricultural tractors. Its classes AG1 to AG3 are "
+        "base motions of `kind: standard`.",
+        "excitation: {kind: standard, class: AG1, duration: 60 s, seed: 1}",
+    ),
+    "ISO 8608": (
+        "Road profiles by their roughness. Its classes A to H are those of `kind: road`.",
+        "excitation: {kind: road, class: C, speed: 36 km/h, duration: 60 s, seed: 1}",
+    ),
+    "ISO 2631-1": (
+        "Whole-body vibration of persons: the frequency weightings of `measure.direction` and "
+        "`measure.weighting`, which give a_w, SEAT, VDV, SEAT_VDV, MTVV and crest_factor.",
+        "measure: {direction: vertical}",
+    ),
+    "2002/44/EC": (
+        "Directive on the exposure of workers to vibration. The daily exposure A(8) is the "
+        "metric A_8, with the duration of exposure as `measure.exposure`. For the whole body "
+        "the action value is 0.5 m/s² and the limit 1.15 m/s².",
+        "checks: [A_8 < 0.5 m/s2]",
+    ),
+}
+"""Standards and directives: what of them drysim has, and a line of a scenario."""
+
+QUESTIONS = {
+    "force": (
+        "A force F(t) on the mass, on a base at rest, moves it as the base acceleration "
+        "ü = -F/m does: enter -F/m as the base motion. x_r and v_r are then the motion of the "
+        "mass, and T_a is the force on the base over the applied one (RMS).",
+        "drysim manual force",
+    ),
+    "belt": (
+        "Friction against a belt or a slider that moves at speed V, while the spring is held "
+        "at rest: seen from the belt, its contact is that of a base, and the spring is "
+        "stretched by V t. That is the base acceleration ü = (k_x V t + b V)/m.",
+        "drysim manual force",
+    ),
+}
+"""What has no key of its own: how a scenario states it, and the page that shows it."""
 
 ROW = re.compile(r"^\| `([^`]+)` \| (.*) \|$", re.M)
 """A row of a table of words in code: word, further cells."""
@@ -100,6 +178,36 @@ SYMBOL_PAGE = "symbols"
 """Page of the manual with the table of symbols."""
 
 LABELS = {
+    "base": "Base motion, with the RMS value of its acceleration.",
+    "swept": "Keys that a sweep varies, with their values.",
+    "cases": "Number of cases: combinations of the swept values, for each approach.",
+    "seeds": "Number of seeds of the random base motion; results are means over them.",
+    "state": "How many cases or seeds are finished, of a result that is not complete.",
+    "best": "The case of a sweep with the smallest SEAT, or else T_a, among those that keep "
+    "all checks and the stroke limit.",
+    "quantile": "Value that a given share of the seeds stays below: p95 is that of 95 %, so "
+    "one seed of 20 exceeds it. A check may ask for it.",
+    "every seed": "A check with these words holds only if it holds for each single seed; "
+    "without them the mean over the seeds is judged.",
+    "holds": "A check that is met, with the value and where it is closest to its limit.",
+    "fails": "A check that is not met, with the value and where it is farthest beyond.",
+    "skipped": "A check whose metric is not known here; --strict counts it as failed.",
+    "written": "Output folder.",
+    "evaluated": "Number of designs solved, how many of them keep all limits, and why the "
+    "search ended.",
+    "fitted": "Part of the record that is fitted; the rest is predicted.",
+    "motion": "How the contact moves, of a fit to a friction rig: the measured motion is "
+    "imposed.",
+    "shooting": "Periodic motions found by integrating one period and correcting its start, "
+    "where there is no closed form: how well they close, and the error of their multipliers.",
+    "along": "Key along which periodic motions are followed.",
+    "motions": "Number of periodic motions by their kind.",
+    "branch": "One continuous line of periodic motions, over the values of the key.",
+    "grid": "Number of motions behind a map.",
+    "boundaries": "Boundaries between the regimes of a map, followed at the resolution stated.",
+    "lines": "Lines of equal rate of break-aways in a map.",
+    "laws": "Friction laws behind the names of a comparison.",
+    "engine": "How the kernels run: compiled, or interpreted by Python.",
     "ring-down": "Free vibration after a shock or record that ends at rest: the run goes on, "
     "the base being at rest, for a free period (at most two natural periods) after it last "
     "moved. It counts in peaks, stroke, violations and contacts, not in RMS values.",
@@ -137,9 +245,23 @@ TERMS = {
     "gap": "gaps",
     "check": "checks",
     "decide": "checks",
-    "with every seed": "checks",
-    "every seed": "checks",
-    "p95": "checks",
+    "with every seed": "every seed",
+    "p95": "quantile",
+    "quantiles": "quantile",
+    "ISO 2631": "ISO 2631-1",
+    "EN ISO 7096": "ISO 7096",
+    "2002/44": "2002/44/EC",
+    "directive 2002/44/EC": "2002/44/EC",
+    "transmissibility": "T_a",
+    "natural frequency": "f_0",
+    "coefficient of friction": "friction.mu_kinetic",
+    "damper": "oscillator.damping",
+    "spring": "oscillator.stiffness",
+    "applied force": "force",
+    "external force": "force",
+    "moving base": "belt",
+    "conveyor": "belt",
+    "unverified": "recalled",
     "profile": "profile_low",
     "held out": "fit.hold_out",
     "starts": "starts-disagree",
@@ -152,20 +274,19 @@ TERMS = {
 }
 """Labels of summaries and other words, with the entry that explains them."""
 
+DOTTED_BLOCKS = ("sweep.", "design.over.")
+"""Blocks whose keys are dotted keys themselves."""
+
 OTHER_BLOCKS = ("friction.normal_record.",)
 """Blocks that repeat the keys of another block; their keys are listed last."""
-
-EXAMPLES = {
-    METRIC: "checks: [{word} < {limit} {unit}]",
-    APPROACH: "drysim run FILE --approach {word}",
-    WARNING: "drysim {command} FILE --strict    # a warning makes the exit code 1",
-}
 
 FIT_WARNINGS = {
     "at-bound", "bad-fit", "measurement-cut", "not-determined", "residuals-not-white",
     "start-differs", "starts-disagree",
 }  # fmt: skip
 """Warnings of `drysim fit` only."""
+
+WARNING_EXAMPLE = "drysim {command} FILE --strict    # a warning makes the exit code 1"
 
 
 @cache
@@ -174,22 +295,20 @@ def entries() -> tuple[Entry, ...]:
 
     Keys have no example: `explain` reads the gallery for those that it returns.
     """
-    found = tuple(_entries())
-    known = {one.word for one in found}
-    return found + tuple(one for one in _symbols() if one.word not in known)
+    meanings = tuple(_entries())
+    names = {entry.word for entry in meanings}
+    return meanings + tuple(entry for entry in _symbols() if entry.word not in names)
 
 
 def _entries() -> Iterator[Entry]:
     yield from keys()
     for name, member in APPROACHES_BY_NAME.items():
         text = " ".join((member.__doc__ or "").split())
-        yield Entry(name, APPROACH, text, example=EXAMPLES[APPROACH].format(word=name))
+        yield Entry(name, APPROACH, text, example=f"drysim run FILE --approach {name}")
     for metric in (*METRICS, *FIT_METRICS):
         name, unit, about = metric.name, metric.unit, metric.about
         text = about[0].upper() + about[1:] + "."
-        limit = "1e-9" if name in ("energy_residual", "law_residual") else "1"
-        example = EXAMPLES[METRIC].format(word=name, limit=limit, unit=unit)
-        example = example.replace(" -]", "]")
+        example = f"checks: [{examples.check(name, unit)}]"
         yield Entry(name, METRIC, text, unit, where="drysim.json, checks", example=example)
     for kind, page, row, begin, end in TABLES:
         text = pages()[page].text
@@ -198,14 +317,18 @@ def _entries() -> Iterator[Entry]:
         yield from _table_entries(kind, row.findall(text))
     for name, text in LABELS.items():
         yield Entry(name, SUMMARY, text, where="console")
+    for name, (text, example) in STANDARDS.items():
+        yield Entry(name, STANDARD, text, example=example)
+    for name, (text, example) in QUESTIONS.items():
+        yield Entry(name, QUESTION, text, example=example)
     yield from _commands_and_options()
     for name, spectrum in MACHINE_CLASSES.items():
         band = "{:g} to {:g} Hz".format(*spectrum.band)
-        recalled = " (recalled)" * spectrum.recalled
-        text = f"Stated RMS of the base {spectrum.rms:g} m/s²{recalled}, {band}."
+        doubt = " (unverified)" * spectrum.recalled
+        text = f"Stated RMS of the base {spectrum.rms:g} m/s²{doubt}, {band}."
         if name in MACHINES:
-            text = f"Machine: {MACHINES[name]} (name recalled). {text}"
-        example = f"excitation: {{kind: standard, class: {name}, …}}"
+            text = f"Machine: {MACHINES[name]} (name unverified). {text}"
+        example = f"excitation: {{kind: standard, class: {name}, duration: 60 s, seed: 1}}"
         yield Entry(name, CLASS, text, where="excitation.class", example=example)
 
 
@@ -230,7 +353,7 @@ def _table_entries(kind: str, rows: Sequence[tuple[str, str]]) -> Iterator[Entry
             yield Entry(word, kind, meaning, unit, where=where.replace("`", ""))
         else:
             command = "fit" if word in FIT_WARNINGS else "run"
-            example = EXAMPLES[WARNING].format(command=command) if kind == WARNING else ""
+            example = WARNING_EXAMPLE.format(command=command) if kind == WARNING else ""
             yield Entry(word, kind, fields[0], example=example)
 
 
@@ -253,20 +376,35 @@ def _commands_and_options() -> Iterator[Entry]:
 def explain(word: str) -> list[Entry]:
     """Return the entries of a word: exact matches, else keys that end with it."""
     word = re.sub(r"^exit[ -](?:code )?", "", word.strip().strip("`"))
-    word = re.sub(r" \[.*\]$", "", word)
-    found = [one for one in entries() if one.word == word]
+    word = re.sub(r"^[✓✗·] | \[.*\]$|(?<=^branch) \d+$", "", word)
+    matches = [entry for entry in entries() if entry.word == word]
+    tails = [entry for entry in entries() if entry.word.endswith(f".{word}")]
     if word.endswith("_half_width"):
-        found += explain(word.removesuffix("_half_width")) + explain("half_width")
-    elif not found:
-        found = [one for one in entries() if one.word.endswith(f".{word}")]
-        found.sort(key=lambda one: one.word.startswith(OTHER_BLOCKS))
-    if not found and word in TERMS:
-        found = explain(TERMS[word])
-    if not found:
-        found = [one for one in entries() if one.word.lower() == word.lower()]
-    if not found and not word.startswith("-"):
-        found = explain(f"--{word}")
-    return [_with_example(one) for one in found]
+        matches += explain(word.removesuffix("_half_width")) + explain("half_width")
+    elif not matches:
+        matches = sorted(tails, key=lambda entry: entry.word.startswith(OTHER_BLOCKS))
+    elif all(entry.kind in (SUMMARY, COLUMN) for entry in matches):
+        matches += [entry for entry in tails if entry.word.count(".") == 1]
+    if not matches and word in TERMS:
+        matches = explain(TERMS[word])
+    if not matches and (spelled := _spellings().get(_bare(word), word)) != word:
+        matches = explain(spelled)
+    if not matches and not word.startswith("-"):
+        matches = explain(f"--{word}")
+    return [_with_example(entry) for entry in matches]
+
+
+@cache
+def _spellings() -> dict[str, str]:
+    """Return every word, and every end of a dotted key, by its bare spelling."""
+    words = [entry.word for entry in entries()]
+    tails = [word.rpartition(".")[2] for word in words]
+    return {_bare(word): word for word in (*tails, *TERMS, *words)}
+
+
+def _bare(word: str) -> str:
+    """Return a word in small letters, without what separates its parts."""
+    return re.sub(r"[\s_-]", "", word).lower()
 
 
 def known_entries(word: str) -> list[Entry]:
@@ -275,21 +413,37 @@ def known_entries(word: str) -> list[Entry]:
     Raises
     ------
     UsageError
-        When there are none.
+        When there are none; says where the word is mentioned.
     """
-    found = explain(word)
-    if not found:
+    matches = explain(word)
+    if not matches:
         sentence = f"nothing is known about `{word}`{did_you_mean(closest_word(word))}"
-        raise UsageError(sentence, "`drysim manual --list` shows the pages of the manual")
-    return found
+        hint = "" if sentence.endswith("?") else _mentions(word)
+        raise UsageError(sentence, hint or "`drysim explain --list` shows all words")
+    return matches
+
+
+MAX_MENTIONS = 6
+"""Words, and pages, that are named where an unknown word is mentioned."""
+
+
+def _mentions(word: str) -> str:
+    """Return the words and pages whose text has an unknown word, as a sentence; else empty."""
+    pattern = re.compile(rf"\b{re.escape(word)}\b", re.I)
+    names = dict.fromkeys(entry.word for entry in entries() if pattern.search(entry.text))
+    titles = [name for name, page in pages().items() if pattern.search(page.text)]
+    places = [f"`drysim explain {shlex.quote(name)}`" for name in [*names][:MAX_MENTIONS]]
+    places += [
+        f"`drysim manual {name}`" for name in titles[: max(1, MAX_MENTIONS - len(names))]
+    ]
+    return f"it is mentioned in {', '.join(places)}" if places and word.strip() else ""
 
 
 def closest_word(word: str) -> str | None:
     """Return the known word closest to an unknown one, or None."""
-    known = {one.word for one in entries()}
-    tails = {name.rpartition(".")[2]: name for name in sorted(known)}
-    nearest = closest_match(word, [*known, *tails])
-    return nearest and tails.get(nearest, nearest)
+    names = {entry.word for entry in entries()}
+    tails = {name.rpartition(".")[2] for name in names}
+    return closest_match(word, [*names, *tails, *TERMS])
 
 
 # The keys of a scenario, from its JSON schema.
@@ -300,12 +454,11 @@ class Block(NamedTuple):
 
     path: str
     kind: str
+    title: str
+    """Description of the key that selects the kind; empty for a block without kinds."""
     text: str
     keys: tuple[Entry, ...]
 
-
-MAX_EXAMPLE_LENGTH = 60
-"""Maximum number of characters of an example."""
 
 KINDS = {"excitation": EXCITATION, "friction": LAW}
 """Names for the kinds of a block."""
@@ -314,65 +467,75 @@ KINDS = {"excitation": EXCITATION, "friction": LAW}
 def keys() -> Iterator[Entry]:
     """Yield every key of a scenario, and every kind of block."""
     merged: dict[tuple[str, str], list[Entry]] = {}
+    choices: dict[str, tuple[tuple[str, str], ...]] = {}
     for block in blocks():
-        if block.kind:
-            tag, name = block.kind.split(": ")
-            example = f"{block.path}: {{{tag}: {name}, …}}"
-            yield Entry(name, KINDS[block.path], block.text, where=block.path, example=example)
         for key in block.keys:
             merged.setdefault((key.word, key.text), []).append(key)
-    for same in merged.values():
-        kinds: dict[str, list[str]] = {}
-        for one in same:
-            place, _, kind = one.where.partition(": ")
-            kinds.setdefault(place, []).append(kind)
-        where = "; ".join(
-            f"{place}: {', '.join(names)}" for place, names in kinds.items() if place
-        )
-        defaults = list(dict.fromkeys(one.default for one in same))
-        default = defaults[0] if len(defaults) == 1 else "depends on the kind"
-        yield same[0]._replace(where=where, default=default)
+        if block.kind:
+            tag, name = block.kind.split(": ")
+            path = f"{block.path}.{tag}"
+            inner = [key.word.removeprefix(f"{block.path}.") for key in block.keys]
+            direct = tuple(key for key in inner if not set(".[<") & set(key))
+            text, example = block.text, f"{block.path}: {{{tag}: {name}, …}}"
+            yield Entry(name, KINDS[block.path], text, keys=direct, where=path, example=example)
+            choices[path] = (*choices.get(path, ()), (name, block.title))
+    for word in choices:
+        path, _, tag = word.partition(".")
+        text = f"Selects the {KINDS[path]}, and with it the other keys of the block."
+        default = DEFAULT_LAW if tag == LAW_KEY else "required"
+        merged[word, text] = [Entry(word, KEY, text, "", "word", default)]
+    paths = {word.partition(".")[0]: kinds for word, kinds in choices.items()} | choices
+    for alike in merged.values():
+        entry = _merged(alike)
+        if entry.word in paths:
+            yield entry._replace(choices=paths[entry.word])
+        else:
+            yield entry._replace(keys=_inner_keys(merged, entry.word))
 
 
-@cache
-def _gallery() -> dict[tuple[str, str], str]:
-    """Return an example value for each dotted key in the gallery, as YAML on one line.
+def _merged(alike: Sequence[Entry]) -> Entry:
+    """Return the entry of a key with the same meaning in several kinds of its block."""
+    kinds: dict[str, list[str]] = {}
+    for entry in alike:
+        place, _, kind = entry.where.partition(": ")
+        kinds.setdefault(place, []).append(kind)
+    where = "; ".join(f"{place}: {', '.join(names)}" for place, names in kinds.items() if place)
+    defaults = list(dict.fromkeys(entry.default for entry in alike))
+    default = defaults[0] if len(defaults) == 1 else "depends on the kind"
+    return alike[0]._replace(where=where, default=default)
 
-    The second key is the kind of the block, such as `road`; empty for a block without kinds.
-    """
-    found: dict[tuple[str, str], str] = {}
 
-    def collect(prefix: str, value: Any, kind: str = "") -> None:
-        if isinstance(value, dict) and prefix != "sweep":
-            kind = next((str(value[tag]) for tag in TAG_KEYS if tag in value), kind)
-            for key, inner in value.items():
-                collect(f"{prefix}.{key}" if prefix else str(key), inner, kind)
-        elif isinstance(value, list) and value and isinstance(value[0], dict):
-            collect(f"{prefix}[]", value[0], kind)
-        elif prefix and not isinstance(value, dict):
-            if isinstance(value, list):
-                text = f"[{', '.join(map(str, value))}]"
-            else:
-                text = dump({"key": value}).partition(":")[2].strip()
-            found.setdefault((prefix, kind), text)
-
-    for scenario in list_scenarios():
-        collect("", read_document(scenario.file).value)
-    return found
+def _inner_keys(merged: Iterable[tuple[str, str]], path: str) -> tuple[str, ...]:
+    """Return the names of the keys of the block, or of the entries of the list, at a path."""
+    begins = re.compile(rf"{re.escape(path)}(?:\[\])?\.([^.\[]+)$")
+    return tuple(dict.fromkeys(inside[1] for key, _ in merged if (inside := begins.match(key))))
 
 
 def _with_example(entry: Entry) -> Entry:
-    """Return an entry, that of a key with an example from the gallery if it has one."""
+    """Return an entry with an example value if it is that of a key or a kind of block."""
+    if entry.kind in KINDS.values():
+        path = entry.where.partition(".")[0]
+        value = examples.of_kind(path, entry.word)
+        return entry._replace(example=f"{path}: {value}") if value else entry
     if entry.kind != KEY:
         return entry
-    word, examples = entry.word, _gallery()
     places = [place.partition(": ") for place in entry.where.split("; ")]
     kinds = [kind for *_, names in places for kind in names.split(", ")]
-    value = next((examples[word, kind] for kind in kinds if (word, kind) in examples), None)
-    if value is None or len(value) > MAX_EXAMPLE_LENGTH:
+    if any(meaning for _, meaning in entry.choices):
+        path = entry.word.partition(".")[0]
+        return entry._replace(example=f"{path}: {examples.value(path, [''])}")
+    choices = [name for name, _ in entry.choices if name != entry.default]
+    if entry.type == "true or false":
+        choices = ["false" if entry.default == "true" else "true"]
+    value = examples.value(entry.word, kinds) or (choices or [""])[0]
+    word = entry.word
+    if not value:
         return entry
-    if "[]" in word or "." not in word:
-        return entry._replace(example=f"{word.rpartition('.')[2]}: {value}")
+    dotted = word.startswith(DOTTED_BLOCKS) and word.count(".") > 1  # --set cannot reach these
+    if set("[<") & set(word) or "." not in word or dotted:
+        name = "excitation.file" if word.endswith(".excitation.file") else word.split(".")[-1]
+        name = name.replace("<law>", "stribeck")
+        return entry._replace(example=f"{name}: {value}")
     setting = f"{word}={value}" if " " not in value else f'"{word}={value}"'
     return entry._replace(example=f"--set {setting}")
 
@@ -393,19 +556,18 @@ def blocks() -> tuple[Block, ...]:
 def _blocks() -> Iterator[Block]:
     # As `make schema` has written it: generating it would take half a second.
     root = json.loads((folder() / SCHEMA_FILE).read_text(encoding="utf-8"))
-    yield Block("", "", "", tuple(_block_entries(root, root, "", "", deep=False)))
+    yield Block("", "", "", "", tuple(_block_entries(root, root, "", "", deep=False)))
     for key, field in root["properties"].items():
         for suffix, block in _inner_blocks(root, field):
-            tags = [
-                f"{name}: {discriminator['const']}"
-                for name, discriminator in _discriminators(block)
-            ]
-            kind = " ".join(tags)
+            tags = _discriminators(block)
+            kind = " ".join(f"{name}: {discriminator['const']}" for name, discriminator in tags)
+            title = "".join(discriminator["description"] for _, discriminator in tags)
             where = f"{key} with {kind}" if kind else ""
             text = " ".join(block.get("description", "").replace(NOTES_HEADING, "").split())
             yield Block(
                 key + suffix,
                 kind,
+                title,
                 text,
                 tuple(_block_entries(root, block, f"{key}{suffix}.", where)),
             )
@@ -421,11 +583,20 @@ def _block_entries(
             continue
         if field.get("$ref", "").endswith("Options"):  # one line stands for all laws
             if not listed:
-                yield Entry(f"{prefix}<law>", KEY, LAW_OPTIONS_TEXT, "", "", where)
+                yield Entry(f"{prefix}<law>", KEY, LAW_OPTIONS_TEXT, type="block", where=where)
             listed = True
             continue
         text, unit = _meaning(field)
-        yield Entry(prefix + key, KEY, text, unit, _default(block, key, field), where)
+        yield Entry(
+            prefix + key,
+            KEY,
+            text,
+            unit,
+            " or ".join(dict.fromkeys(_types(root, field))),
+            _default(block, key, field),
+            tuple((choice, "") for choice in _choices(field)),
+            where=where,
+        )
         for suffix, inner in _inner_blocks(root, field) if deep else ():
             yield from _block_entries(root, inner, f"{prefix}{key}{suffix}.", where)
 
@@ -434,11 +605,45 @@ def _meaning(field: Any) -> tuple[str, str]:
     """Return the description of a key, and the unit in brackets in its description."""
     text = " ".join(field["description"].split())
     unit = "".join(re.findall(r" \[([^\], ]+)\]", re.sub("`[^`]*`", "", text))[:1])
-    text = text.replace(f" [{unit}]", "", 1)
-    choices = field.get("enum", ())
-    if choices and not (str(choices[0]) in text and str(choices[-1]) in text):
-        text += f" One of {', '.join(f'`{word}`' for word in choices)}."
-    return text, unit
+    return text.replace(f" [{unit}]", "", 1), unit
+
+
+MAX_CHOICES = 20
+"""Largest number of choices that are listed; more are the names of all metrics."""
+
+
+def _choices(field: Any) -> Sequence[str]:
+    """Return the words to choose from, of a key or of the entries of its list."""
+    parts = (field, field.get("items", {}), *field.get("anyOf", ()), *field.get("oneOf", ()))
+    choices = [
+        word
+        for part in parts
+        for word in (part.get("enum", ()) or filter(None, [part.get("const")]))
+    ]
+    return [str(word) for word in choices] if 1 < len(choices) <= MAX_CHOICES else ()
+
+
+TYPES = {
+    "boolean": "true or false", "integer": "whole number", "number": "number",
+    "string": "text", "array": "list", "object": "block",
+}  # fmt: skip
+"""Types of the JSON schema as they are shown."""
+
+
+def _types(root: Any, field: Any) -> Iterator[str]:
+    """Yield the types of value of a key; a number may always be written as text with a unit."""
+    if "$ref" in field:
+        field = root["$defs"][field["$ref"].rpartition("/")[2]]
+    parts = (*field.get("anyOf", ()), *field.get("oneOf", ()))
+    for part in parts:
+        yield from _types(root, part)
+    if "enum" in field or "const" in field:
+        yield "word"
+    elif not parts and "pattern" not in field:
+        types = field.get("type", "object")
+        for name in [types] if isinstance(types, str) else types:
+            if types == name or name != "string":
+                yield TYPES[name]
 
 
 def _default(block: Any, key: str, field: Any) -> str:
