@@ -96,6 +96,68 @@ def test_folder_of_a_study_has_the_name_of_the_command_once(drysim, seat):
     assert drysim("run", seat, *over).err.startswith(told)
 
 
+def test_over_writes_the_sweep_block(drysim, seat):
+    block = "{friction.kinetic: {from: 0, to: 0.02 kN, step: 5}, excitation.rms: [0.5, 1]}"
+    assert drysim("sweep", seat, "--no-plots", "--set", f"sweep={block}").code == 0
+    table = Path("out/seat/transmissibility.csv").read_text()
+    resolved = Path("out/seat/scenario.yaml").read_text()
+    over = ("--over", "friction.kinetic=0:0.02 kN:5", "--over", "excitation.rms=0.5,1")
+    seat.write_text(seat.read_text() + "sweep: {start.x_r: [0, 1]}\n")  # is replaced
+    for command in ("run", "sweep"):
+        answer = drysim(command, seat, "--no-plots", *over, "-o", command)
+        assert (answer.code, answer.err) == (0, "")
+        assert Path(command, "transmissibility.csv").read_text() == table
+        assert Path(command, "scenario.yaml").read_text() == resolved
+    again = drysim("sweep", "run/scenario.yaml", "--no-plots", "-o", "again")
+    assert again.code == 0
+    assert Path("again/transmissibility.csv").read_text() == table
+
+
+@pytest.mark.parametrize("command", ["branches", "map", "compare signum vs stick-slip"])
+def test_over_is_taken_where_a_sweep_is(drysim, seat, command):
+    seat.write_text(seat.read_text().replace("measure: ", "# "))
+    over = ("--over", "excitation.frequency=1:9:0.25", "--over", "friction.kinetic=1:9:0.25")
+    answer = drysim(
+        *command.split(), seat, *over[: 2 if command == "branches" else 4], "--dry-run"
+    )
+    assert answer.code == 0
+    assert "33" in answer.out
+
+
+@pytest.mark.parametrize(
+    ("over", "sentence"),
+    [
+        (["friction.kinetic=0:10"], "names no key with its values"),
+        (["friction.kinetic=0:1:2:3"], "names no key with its values"),
+        (["=0:10:1"], "names no key with its values"),
+        (["friction.kinetic"], "names no key with its values"),
+        (["friction.kinetic=0,1"] * 2, "--over names friction.kinetic twice"),
+        (["friction.kinetc=0,1"], "--over friction.kinetc=0,1: unknown key `friction.kinetc`"),
+        (
+            ["friction.kinetic=0:5:2"],
+            "friction.kinetic.to is not reached by steps of 2 N",
+        ),
+        (["friction.kinetic=0:5 mm:1"], "`mm` is a unit of length, not force"),
+        (["friction.kinetic=20"], "sweep.friction.kinetic must be a list such as"),
+        (["friction.kinetic=0:1:}"], "this is not YAML"),
+    ],
+)
+def test_faulty_over_is_said(drysim, seat, over, sentence):
+    answer = drysim("run", seat, *(word for value in over for word in ("--over", value)))
+    assert (answer.code, answer.out) == (2, "")
+    assert sentence in " ".join(answer.err.split())
+    assert not Path("out").exists()
+
+
+def test_block_to_copy_keeps_its_lines(drysim, seat):
+    answer = drysim("sweep", seat)
+    assert answer.code == 2
+    assert answer.err.endswith(
+        "\nfor example:\n\nsweep:\n  friction.kinetic: {from: 0, to: 30, step: 3}\n\n"
+        "or, without a block, --over friction.kinetic=0:30:3\n"
+    )
+
+
 def test_quiet_says_what_makes_the_exit_code(drysim, seat):
     failing = ("run", seat, "-q", "--no-plots", "--set", "checks=[T_a < 0.1, T_a > 0]")
     code, out, err = drysim(*failing)

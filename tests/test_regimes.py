@@ -323,7 +323,7 @@ def test_command_writes_lines_picture_and_report(command, tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [(PAPER, "sweep is required: two keys with their ranges"),
+    [(PAPER, "sweep is required: its two keys are the axes"),
      (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5}}", "sweep has 1:"),
      (PAPER + "sweep: {friction.kinetic: [1, 2], oscillator.mass: {from: 1, to: 9, count: 5}}",
       "friction.kinetic has a list of values; a map needs a range"),
@@ -331,7 +331,7 @@ def test_command_writes_lines_picture_and_report(command, tmp_path):
       "oscillator.mass: {from: 1, to: 9, count: 5}}", "solver.step cannot be an axis"),
      (PAPER + "sweep: {zip: {friction.kinetic: [1, 2], oscillator.mass: [1, 2]}}",
       "sweep.zip varies keys together"),
-     (SPECTRUM, "sweep.srs is a shock response spectrum; a map needs two ranges"),
+     (SPECTRUM, "excitation.kind shock has no periodic orbits"),
      (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5}, direction: up}",
       "sweep.direction does not apply to `drysim map`"),
      (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5000}, "

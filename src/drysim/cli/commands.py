@@ -131,6 +131,7 @@ def run(
     context: typer.Context,
     scenario: options.File,
     changes: options.Changes = None,
+    over: options.Over = None,
     out: options.Out = None,
     approach: options.Approach = None,
     workers: options.SeedWorkers = None,
@@ -144,6 +145,8 @@ def run(
     quiet: options.Quiet = False,
 ) -> int:
     """Compute one case, for one or many seeds: motion, metrics."""
+    if over:
+        return sweep(context, scenario, changes, over, out, approach, workers, resume, dry_run)
     from drysim.scenario.load import load
     from drysim.study.preparation import prepare
     from drysim.study.statistics import max_seeds
@@ -230,6 +233,7 @@ def sweep(
     context: typer.Context,
     scenario: options.File,
     changes: options.Changes = None,
+    over: options.Over = None,
     out: options.Out = None,
     approach: options.Approach = None,
     workers: options.Workers = None,
@@ -252,7 +256,7 @@ def sweep(
     from drysim.study.preparation import prepare
 
     common = Common.of(context)
-    loaded = load(scenario, options.overrides(changes, approach))
+    loaded = load(scenario, options.overrides(changes, approach, over))
     case = prepare(loaded, swept=True, interval=True)
     if form == "parquet":
         from drysim.results.sweep import require_pyarrow
@@ -334,6 +338,7 @@ def compare(
     approaches: options.Compared,
     scenario: options.ScenarioOption = None,
     changes: options.Changes = None,
+    over: options.Over = None,
     out: options.NamedOut = None,
     workers: options.Workers = None,
     dry_run: options.DryRun = False,
@@ -354,7 +359,8 @@ def compare(
     common = Common.of(context)
     words, file = split_compared(approaches, scenario)
     names = parse_names(words)
-    loaded = load(file or default_scenario(names, common.mode), changes or [])
+    changed = options.overrides(changes, over=over)
+    loaded = load(file or default_scenario(names, common.mode), changed)
     case = prepare(loaded.variant(names[-1]), compared=True, swept=True)
     wanted = scenarios_by_name(loaded, names)
 
@@ -465,6 +471,7 @@ def branches(
     context: typer.Context,
     scenario: options.File,
     changes: options.Changes = None,
+    over: options.Over = None,
     out: options.NamedOut = None,
     dry_run: options.DryRun = False,
     strict: options.Strict = False,
@@ -480,7 +487,7 @@ def branches(
     from drysim.study.branches import prepare_branches, solve
 
     common = Common.of(context)
-    case = prepare_branches(load(scenario, changes or []))
+    case = prepare_branches(load(scenario, options.overrides(changes, over=over)))
     job = Job(
         name=study_name(case.scenario.name, "branches"),
         kind="branches",
@@ -494,6 +501,7 @@ def regime_map(
     context: typer.Context,
     scenario: options.File,
     changes: options.Changes = None,
+    over: options.Over = None,
     out: options.NamedOut = None,
     workers: options.Workers = None,
     dry_run: options.DryRun = False,
@@ -510,7 +518,7 @@ def regime_map(
     from drysim.study.regimes import prepare_map, require_map, solve
 
     common = Common.of(context)
-    case = prepare_map(load(scenario, changes or []))
+    case = prepare_map(load(scenario, options.overrides(changes, over=over)))
     job = Job(
         name=study_name(case.scenario.name, "map"),
         kind="map",

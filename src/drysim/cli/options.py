@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import typer
 
 from drysim import __version__
-from drysim.errors import EXIT_OK
+from drysim.errors import EXIT_OK, UsageError
 
 RUN_TIME_LIMIT, HARD_TIME_LIMIT = 0.2, 30.0
 """Default time limit of one run in a bench, and in a hard case, which fails beyond it [s]."""
@@ -87,6 +87,16 @@ Changes = Annotated[
         metavar="KEY=VALUE",
         autocompletion=complete_overrides,
         help="Override a scenario key; may be repeated.",
+    ),
+]
+Over = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--over",
+        metavar="KEY=VALUES",
+        autocompletion=complete_overrides,
+        help="Sweep over a key, FROM:TO:STEP or A,B,...; may be repeated. In place of the "
+        "sweep block.",
     ),
 ]
 Out = Annotated[
@@ -246,14 +256,51 @@ ReportFile = Annotated[
 ReportNoPlots = Annotated[bool, typer.Option("--no-plots", help="No pictures.")]
 
 
-def overrides(changes: list[str] | None, approach: str | None) -> list[str]:
-    """Return the `--set` arguments, with `--approach` as one of them."""
-    assignments = changes or []
-    if approach is None:
-        return assignments
+def overrides(
+    changes: list[str] | None, approach: str | None = None, over: list[str] | None = None
+) -> list[str]:
+    """Return the `--set` arguments, with `--approach` and `--over` as such arguments.
+
+    Raises
+    ------
+    UsageError
+        If an `--over` has no values, or its key is named twice.
+    """
     from drysim.yaml_document import OptionOverride
 
-    return [
-        *assignments,
-        OptionOverride(f"solver.approach={approach}", f"--approach {approach}"),
-    ]
+    words = [*sweep_overrides(over or []), *(changes or [])]
+    if approach is not None:
+        words.append(OptionOverride(f"solver.approach={approach}", f"--approach {approach}"))
+    return words
+
+
+def sweep_overrides(over: list[str]) -> Iterator[str]:
+    """Yield the `--over` arguments as overrides: the first makes the sweep block."""
+    from drysim.scenario.axes import SWEEP_KEY
+    from drysim.yaml_document import OptionOverride
+
+    keys: list[str] = []
+    for word in over:
+        key, _, text = (part.strip() for part in word.partition("="))
+        values = sweep_values(text)
+        if not key or not values:
+            hint = "write KEY=FROM:TO:STEP or KEY=A,B,..., such as `friction.kinetic=0:100:10`"
+            raise UsageError(f"--over {word} names no key with its values", hint)
+        if key in keys:
+            raise UsageError(f"--over names {key} twice", "give all its values at once")
+        block = f"{SWEEP_KEY}.{key}={values}" if keys else f"{SWEEP_KEY}={{{key}: {values}}}"
+        keys.append(key)
+        yield OptionOverride(block, f"--over {word}")
+
+
+def sweep_values(text: str) -> str:
+    """Return the values of an `--over` as the sweep block has them; empty for no values."""
+    if text.startswith(("{", "[")):
+        return text
+    if "," in text:
+        return f"[{text}]"
+    ends = text.split(":")
+    if len(ends) == 1:
+        return text
+    low, high, step = ends if len(ends) == 3 else ("", "", "")
+    return f"{{from: {low}, to: {high}, step: {step}}}" if low and high and step else ""

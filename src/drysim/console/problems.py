@@ -48,7 +48,8 @@ def show_error(fault: DrysimError) -> None:
     _print_problems(console, problems)
     if fault.hint:
         print_line(console)
-        print_line(console, fault.hint)
+        for line in fault.hint.split("\n"):
+            print_line(console, line)
 
 
 def show_problems(

@@ -274,12 +274,13 @@ class Scenario(FromFile):
             problem = _locate(self, point, error)
         raise self._error(problem)
 
-    def error(self, sentence: str, key: str | KeyPath) -> ScenarioError:
+    def error(self, sentence: str, key: str | KeyPath, hint: str = "") -> ScenarioError:
         """Return the error for a key whose value only the complete case shows to be invalid."""
-        return self._error(self.problem(sentence, key))
+        return self._error(self.problem(sentence, key), hint)
 
-    def _error(self, problem: Problem) -> ScenarioError:
-        return ScenarioError(f"{self.origin['file'] or self.name}: 1 error", (problem,))
+    def _error(self, problem: Problem, hint: str = "") -> ScenarioError:
+        name = self.origin["file"] or self.name
+        return ScenarioError(f"{name}: 1 error", (problem,), hint)
 
     def values_of(self, keys: Iterable[str]) -> dict[str, float]:
         """Return the values of keys in SI, without those that have none."""

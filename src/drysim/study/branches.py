@@ -294,15 +294,15 @@ def branches(scenario: Scenario) -> BranchesResult:
 def prepare_branches(scenario: Scenario) -> Case:
     """Return the case of a scenario whose branches can be followed; errors as `branches`."""
     require_scenario(scenario)
-    approaches_of(scenario)  # requires a sweep
     refuse_direction(scenario, "drysim branches")
-    axis = scenario.sweep[0]
     if not isinstance(scenario.excitation, Harmonic):
         sentence = (
             f"branches needs base motion that is a sine (`kind: harmonic`), not "
             f"{scenario.excitation.kind}: only periodic motions have branches"
         )
         raise scenario.error(sentence, ("excitation", "kind"))
+    approaches_of(scenario)  # requires a sweep
+    axis = scenario.sweep[0]
     if axis.group:
         sentence = "branches follows a single key: values that vary together have no branches"
         raise scenario.error(sentence, axis.location or ("sweep",))

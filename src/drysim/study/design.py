@@ -30,6 +30,7 @@ from drysim.metrics.table import FIT_NAMES, METRICS_BY_NAME, SIGNED, STROKE_USED
 from drysim.metrics.text import format_metric
 from drysim.scenario.axes import Axis, KeyRange, iter_points
 from drysim.scenario.design import DESIGN_KEY, MEAN, Design
+from drysim.scenario.examples import design_example
 from drysim.scenario.keys import numeric_keys
 from drysim.scenario.laws import LAWS
 from drysim.scenario.model import Scenario, provides
@@ -395,8 +396,8 @@ def prepare_design(scenario: Scenario) -> Case:
     require_scenario(scenario)
     block = scenario.design
     if block is None:
-        sentence = "design is required: the keys to vary, and the metric to minimise"
-        raise scenario.error(sentence, DESIGN_KEY)
+        sentence = "design is required: the keys to vary and the metric to minimise"
+        raise scenario.error(sentence, DESIGN_KEY, design_example(scenario))
     if until := stopping_rule(scenario):
         sentence = (
             "excitation.until is not supported by design, which takes the same seeds for every "

@@ -43,6 +43,7 @@ from drysim.metrics.stroke import Excursions
 from drysim.metrics.table import STROKE_USED, Measured, evaluate, stack
 from drysim.parallel import forks_workers, map_in_order, worker_count
 from drysim.scenario.axes import (
+    SWEEP_KEY,
     Axis,
     chain_length,
     chain_order,
@@ -51,6 +52,7 @@ from drysim.scenario.axes import (
     points_in,
 )
 from drysim.scenario.blocks import SEED_KEY
+from drysim.scenario.examples import sweep_example
 from drysim.scenario.model import Columns, Scenario
 from drysim.scenario.sampling import LazySequence
 from drysim.scenario.window import common_period
@@ -169,7 +171,8 @@ def approaches_of(scenario: Scenario) -> tuple[Scenario, ...]:
         When it has no sweep block.
     """
     if not scenario.sweep:
-        raise scenario.error("sweep is required: the keys to vary and their values", "sweep")
+        sentence = "sweep is required: the keys to vary and their values"
+        raise scenario.error(sentence, SWEEP_KEY, sweep_example(scenario))
     reference = scenario.reference
     return (scenario, scenario.with_approach(reference)) if reference else (scenario,)
 

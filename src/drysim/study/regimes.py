@@ -46,7 +46,8 @@ from drysim.friction import Coulomb
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
 from drysim.parallel import WorkerPool, worker_count
-from drysim.scenario.axes import SRS_KEY, SWEEP_KEY, Axis, KeyRange
+from drysim.scenario.axes import SWEEP_KEY, Axis, KeyRange
+from drysim.scenario.examples import map_example
 from drysim.scenario.model import EQUATION_BLOCKS, Scenario
 from drysim.scenario.text import ALL_SHARED, describe_scene
 from drysim.study.boundaries import (
@@ -135,18 +136,19 @@ def require_map(scenario: Scenario) -> tuple[tuple[KeyRange, KeyRange], Grid]:
     require_scenario(scenario)
     refuse_direction(scenario, "drysim map")
     sweep, excitation = scenario.sweep, scenario.excitation
-    if not sweep:
+    if not isinstance(excitation, Harmonic | SineSum | RandomMotion):
         sentence = (
-            "sweep is required: two keys with their ranges are the axes of the map, such as "
-            "{excitation.frequency: {from: 0.5, to: 10, count: 129, scale: log}, "
-            "friction.kinetic: {from: 0, to: 120, count: 129}}"
+            f"excitation.kind {excitation.kind} has no periodic orbits and no rates; a "
+            "map needs `harmonic`, `sines` or random base motion"
         )
-        raise scenario.error(sentence, SWEEP_KEY)
+        raise scenario.error(sentence, ("excitation", "kind"))
+    if not sweep:
+        sentence = "sweep is required: its two keys are the axes of the map"
+        raise scenario.error(sentence, SWEEP_KEY, map_example(scenario))
     for axis in sweep:
         if axis.group:
             kind = axis.group.partition(".")[0]
-            what = "is a shock response spectrum" if kind == SRS_KEY else "varies keys together"
-            sentence = f"{SWEEP_KEY}.{kind} {what}; a map needs two ranges"
+            sentence = f"{SWEEP_KEY}.{kind} varies keys together; a map needs two ranges"
             raise scenario.error(sentence, (SWEEP_KEY, kind))
     if len(sweep) != 2:
         keys = ", ".join(axis.key for axis in sweep)
@@ -159,12 +161,6 @@ def require_map(scenario: Scenario) -> tuple[tuple[KeyRange, KeyRange], Grid]:
     if grid.nodes > MAX_ORBITS:
         sentence = f"sweep has {grid.nodes} nodes; a map takes at most {MAX_ORBITS}"
         raise scenario.error(f"{sentence}, as with larger steps", SWEEP_KEY)
-    if not isinstance(excitation, Harmonic | SineSum | RandomMotion):
-        sentence = (
-            f"excitation.kind {excitation.kind} has no periodic orbits and no rates; a "
-            "map needs `harmonic`, `sines` or random base motion"
-        )
-        raise scenario.error(sentence, ("excitation", "kind"))
     if scenario.stops is not None:
         sentence = "stroke has end stops, which a map does not support; remove them"
         raise scenario.error(sentence, "stroke")
