@@ -245,13 +245,13 @@ def test_designs_close_to_each_other_do_not_widen_the_interval_of_the_optimum(tm
 
 
 def test_interval_of_the_optimum_needs_little_memory(tmp_path):
-    result = parabolas(tmp_path, 200, 20, 24)
+    result = parabolas(tmp_path, 200, 6, 24)
     found = evaluations_of(result.source, result.candidates)
     tracemalloc.start()
     assert optimum_region(result, found) is not None
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert peak < 60e6  # all points, conditions and seeds at once are 450 MB
+    assert peak < 60e6  # all points, conditions and seeds at once are 135 MB
 
 
 def test_metric_that_some_seeds_do_not_have_gives_no_interval_of_the_optimum(tmp_path):

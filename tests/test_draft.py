@@ -150,7 +150,7 @@ def test_damaged_text_is_inspected_or_refused(tmp_path):
     random = np.random.default_rng(2)
     sound = [text[:2000].encode() for text in FILES.values()]
     file = tmp_path / "r.csv"
-    for number in range(300):
+    for number in range(100):
         data = bytearray(sound[number % len(sound)])
         for at in random.integers(0, len(data), 4):
             data[at : at + int(random.integers(0, 3))] = bytes(

@@ -311,7 +311,7 @@ def test_comparison_of_a_sample_draws_points_and_no_line_between_them(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "words", ["mmmm WWWW, " * 60, "iiii llll; " * 60, "m" * 500, "T_a 1, " * 45, "$" * 300]
+    "words", ["mmmm WWWW, " * 20, "iiii llll; " * 30, "m" * 150, "T_a 1, " * 45, "$" * 150]
 )
 def test_heading_never_leaves_the_picture(words):
     with style.picture_style():

@@ -158,6 +158,7 @@ sweep:
         assert "another start leads to another stable motion" in found.describe_place()
 
 
+@pytest.mark.slow
 def test_loss_of_symmetry_is_found_within_the_reported_strip(tmp_path):
     # Shaw (1986); next to it the motion settles too slowly, so the boundary is a strip.
     found = unit_plane(tmp_path, 0.5, 0.05, 0.23, 2.0)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 SEAT = """\
 drysim: 1
@@ -43,6 +44,12 @@ def write_records(folder: Path, count: int) -> list[str]:
         file.write_text("t [s],u_dd [m/s2]\n" + rows)
         names.append(f"{folder.name}/{file.name}")
     return names
+
+
+def seeds(few: int, many: int) -> list:
+    """Return the seeds of a random draw, all but a few of them for the slow tests."""
+    rest = (pytest.param(seed, marks=pytest.mark.slow) for seed in range(few, many))
+    return [*range(few), *rest]
 
 
 def dotted(words: Mapping[str, object]) -> dict[str, object]:
