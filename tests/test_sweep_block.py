@@ -300,7 +300,7 @@ def test_fault_of_a_set_axis_names_the_word(fault, scenario):
         (
             NOISE,
             {"excitation.seed": [1, 1.5]},
-            "sweep.excitation.seed.1 must be a whole number, not 1.5",
+            "sweep.excitation.seed #2 must be a whole number, not 1.5",
         ),
         (
             SEAT,

@@ -162,11 +162,11 @@ def test_table_of_files_is_a_frame(runs):
         ("runs/", "is a folder, `runs/`; write a pattern: `excitation.file: runs/*.csv`"),
         (
             "[runs/]",
-            "excitation.file.0 is a folder, `runs/`; write a pattern: `excitation.file",
+            "excitation.file #1 is a folder, `runs/`; write a pattern: `excitation.file",
         ),
-        ("[runs/*.csv]", "file.0 is a pattern, not a file; write it without a list: `exc"),
+        ("[runs/*.csv]", "file #1 is a pattern, not a file; write it without a list: `exc"),
         ("[]", "sweep.excitation.file has no files"),
-        ("[1]", "sweep.excitation.file.0 must be the name of a file, not 1"),
+        ("[1]", "sweep.excitation.file #1 must be the name of a file, not 1"),
         ("[runs/run-01.csv, runs/run-01.csv]", "is a duplicate: `runs/run-01.csv`"),
         ("{from: 1, to: 2, count: 2}", "must be a list of files"),
         ("[runs/run-01.csv, runs/missing.csv]", "missing.csv: the record does not exist"),
@@ -186,11 +186,11 @@ def test_fault_of_the_files_is_located_before_any_work(drysim, runs, value, word
     ("value", "words"),
     [
         ("runs", "6:20: sweep.excitation.file is a folder"),
-        ("[runs/]", "6:21: sweep.excitation.file.0 is a folder"),
+        ("[runs/]", "6:21: sweep.excitation.file #1 is a folder"),
         ("no/*.csv", "6:20: sweep.excitation.file is a pattern that matches no file"),
         (
             "[runs/run-01.csv, runs/run-91.csv]",
-            "6:38: sweep.excitation.file.1: runs/run-91.csv:",
+            "6:38: sweep.excitation.file #2: runs/run-91.csv:",
         ),
     ],
 )

@@ -298,9 +298,9 @@ def test_numbers_and_arrays_of_numpy_are_numbers_and_lists(scenario):
 @pytest.mark.parametrize(
     ("value", "words"),
     [
-        (np.ones((2, 2)), "sweep.excitation.rms.0 must be a number [m/s²], not a list"),
+        (np.ones((2, 2)), "sweep.excitation.rms #1 must be a number [m/s²], not a list"),
         (np.array([1.0, 2j]), "a value of type complex is not allowed in a scenario"),
-        (np.ma.masked_equal([1.0, 2.0], 2.0), "sweep.excitation.rms.1 must be a number"),
+        (np.ma.masked_equal([1.0, 2.0], 2.0), "sweep.excitation.rms #2 must be a number"),
         ({1.0, 2.0}, "a value of type set is not allowed in a scenario"),
     ],
 )

@@ -40,7 +40,7 @@ from drysim.scenario.axes import DottedKeysSchema, NumberOrText
 from drysim.scenario.keys import NumericKey, fields_by_key, get_block, numeric_keys
 from drysim.scenario.laws import LAWS, other_laws_hint
 from drysim.scenario.reading import Reading
-from drysim.scenario.validation import dotted_name, validation_faults
+from drysim.scenario.validation import spoken_name, validation_faults
 from drysim.wording import join_words
 
 FIT_KEY = "fit"
@@ -445,7 +445,7 @@ def _read_options(
     for word, value in options.items():
         if word not in FREE_OPTIONS or numeric_key is None:
             use = f"use {', '.join(FREE_OPTIONS)}" if numeric_key is not None else "write {}"
-            sentence = f"unknown key {format_value(word)} in {dotted_name(path)}; {use}"
+            sentence = f"unknown key {format_value(word)} in {spoken_name(path)}; {use}"
             reading.fault(sentence, (*path, word), at_key=True)
             continue
         with reading.reporting((*path, word)):

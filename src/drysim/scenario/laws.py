@@ -15,7 +15,7 @@ from drysim.block import Block
 from drysim.direction import mean_of_directions
 from drysim.friction import FRICTION_LAWS, Coulomb, Friction
 from drysim.scenario.keys import fields_by_key, members_by_tag, numeric_keys
-from drysim.scenario.validation import blamed_path, validation_message
+from drysim.scenario.validation import blamed_path, spoken_name, validation_message
 from drysim.wording import join_words
 
 LAWS: dict[str, type[Friction]] = members_by_tag(FRICTION_LAWS)
@@ -137,5 +137,5 @@ def law_faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]
             is_option = bool(path) and path[0] in law_options(friction, name)
             keys = ("friction", *([name] if is_option else []), *path)
             message = validation_message(error)
-            sentence = f"friction as {name}: {'.'.join(map(str, path))} {message}"
+            sentence = f"friction as {name}: {spoken_name(path)} {message}"
             yield ".".join(map(str, keys)), sentence

@@ -24,7 +24,7 @@ from drysim.scenario.keys import (
     members_by_tag,
 )
 from drysim.scenario.laws import LAW_KEY, excluded_keys, other_laws_hint
-from drysim.scenario.validation import dotted_name, with_subject
+from drysim.scenario.validation import dotted_name, spoken_name, with_subject
 from drysim.yaml_document import UNREAD_KEYS, Document, KeyPath
 
 MAX_PROBLEMS = 100
@@ -118,7 +118,7 @@ class Reading:
         """Return a value with nested blocks read; None if it has an error."""
         models = block_models(field.annotation)
         if value is None:
-            self.fault(f"{dotted_name(path)} has no value", path, at_key=True)
+            self.fault(f"{spoken_name(path)} has no value", path, at_key=True)
         elif isinstance(value, list) and (not models or allows_list(field.annotation)):
             return [self._value(field, entry, (*path, i)) for i, entry in enumerate(value)]
         elif models and isinstance(value, dict):
@@ -142,12 +142,12 @@ class Reading:
         if isinstance(word, str) and word in tags:
             return tags[word]
         if word is None:
-            sentence = f"{dotted_name((*path, tag))} is required; use one of {', '.join(tags)}"
+            sentence = f"{spoken_name((*path, tag))} is required; use one of {', '.join(tags)}"
             self.fault(sentence, path, at_key=True)
         else:
             nearest = closest_member(word, tags) if isinstance(word, str) else None
             hint = did_you_mean(nearest) or f"; use one of {', '.join(tags)}"
-            sentence = f"unknown {tag} {format_value(word)} in {dotted_name(path)}{hint}"
+            sentence = f"unknown {tag} {format_value(word)} in {spoken_name(path)}{hint}"
             self.fault(sentence, (*path, tag))
         self.reported.add(path)
         return None
@@ -181,7 +181,7 @@ class Reading:
         fields = fields_by_key(model)
         nearest = closest_match(key, fields.keys() - block.keys()) or closest_match(key, fields)
         home = [name for name in blocks_with_key(self.model, key) if (name,) != path[:1]]
-        where = f" in {dotted_name(path)}" if path else ""
+        where = f" in {spoken_name(path)}" if path else ""
         if tag := discriminator(model):
             where += f" of {tag[0]} {tag[1]}"
         if 0 < len(home) < 3:
@@ -198,13 +198,13 @@ class Reading:
         for name, entry in fields_by_key(model).items():
             if entry.is_required() and name not in values:
                 description = _field_description(model, entry)
-                sentence = f"{dotted_name((*path, name))} is required{description}"
+                sentence = f"{spoken_name((*path, name))} is required{description}"
                 self.fault(sentence, (*path, name), at_key=True)
         for group in (*model.one_of, *model.any_of):
             if not values.keys() & set(group):
                 either = " or ".join((", ".join(group[:-1]), group[-1]))
                 self.fault(
-                    f"{dotted_name(path)} needs {either}", (*path, group[0]), at_key=True
+                    f"{spoken_name(path)} needs {either}", (*path, group[0]), at_key=True
                 )
 
     def _note_clashes(self, model: Model, values: Mapping[str, Any], path: KeyPath) -> None:
@@ -213,14 +213,14 @@ class Reading:
             first, *rest = [name for name in values if name in group] or [""]
             for name in rest:
                 sentence = (
-                    f"{dotted_name(path)} has {first} already; give {name} or {first}, not both"
+                    f"{spoken_name(path)} has {first} already; give {name} or {first}, not both"
                 )
                 self.fault(sentence, (*path, name), at_key=True)
         missing = [group for group in model.one_of if not values.keys() & set(group)]
         for name, other in model.needs.items():
             reported = any(other in group for group in missing)
             if name in values and other not in values and not reported:
-                sentence = f"{dotted_name((*path, name))} requires {other}"
+                sentence = f"{spoken_name((*path, name))} requires {other}"
                 self.fault(sentence, (*path, name), at_key=True)
 
 

@@ -62,7 +62,7 @@ from drysim.scenario.sampling import (
     SampledValues,
 )
 from drysim.scenario.sweepable import sweep_fault
-from drysim.scenario.validation import dotted_name
+from drysim.scenario.validation import spoken_name
 from drysim.scenario.values import (
     check_scale,
     read_distribution,
@@ -305,7 +305,7 @@ def _read_axis(
     if numeral is None:
         return None
     if value is None:
-        reading.fault(f"{dotted_name(path)} has no values", path, at_key=True)
+        reading.fault(f"{spoken_name(path)} has no values", path, at_key=True)
         return None
     return read_values(reading, path, numeral, key, value)
 
@@ -377,7 +377,7 @@ def _read_key(
     wanted = top in reading.document.value or (field is not None and field.is_required())
     if wanted and top not in reading.values:
         return None  # an error of the block with this key was reported already
-    block = SWEEP_KEY if path[0] == SWEEP_KEY else dotted_name(path[:-1])
+    block = SWEEP_KEY if path[0] == SWEEP_KEY else spoken_name(path[:-1])
     if sentence := sweep_fault(reading.values, key, keys, varied, block):
         reading.fault(sentence, path, at_key=True)
         return None
@@ -455,7 +455,7 @@ def _read_check(reading: Reading, keys: KnownKeys, i: int, text: Any) -> Any:
     try:
         check = Check.parse(text, {key: numeral.unit for key, numeral in numerals.items()})
     except ValueError as fault:
-        sentence = f"checks.{i}: {fault}"
+        sentence = f"{spoken_name(('checks', i))}: {fault}"
         if FILE_KEY in AT_PATTERN.split(text, maxsplit=1)[1]:
             sentence += (
                 "; conditions compare numbers, so a check applies to every record: put a "
@@ -467,6 +467,7 @@ def _read_check(reading: Reading, keys: KnownKeys, i: int, text: Any) -> Any:
     named = [condition.key for condition in check.conditions if condition.key != STATUS]
     for key in dict.fromkeys(named):
         if isinstance(swept, Mapping) and key not in swept:
-            sentence = f"checks.{i}: {key} is not swept; it has the same value in every case"
+            name = spoken_name(("checks", i))
+            sentence = f"{name}: {key} is not swept; it has the same value in every case"
             reading.fault(sentence, ("checks", i))
     return check.with_values({key: numerals[key].here(key) for key in named})

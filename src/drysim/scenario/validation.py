@@ -57,7 +57,7 @@ def validation_faults(
 
 def with_subject(keys: KeyPath, text: str) -> str:
     """Return a message with the key as its subject."""
-    return f"{dotted_name(keys)}{' ' if text.startswith(_PREDICATES) else ': '}{text}"
+    return f"{spoken_name(keys)}{' ' if text.startswith(_PREDICATES) else ': '}{text}"
 
 
 def _without_tags(loc: KeyPath, values: Any) -> KeyPath:
@@ -95,5 +95,13 @@ def validation_message(error: ErrorDetails) -> str:
 
 
 def dotted_name(keys: KeyPath) -> str:
-    """Return a key path in dotted form."""
+    """Return a key path in dotted form, for programs: entries of lists count from 0."""
     return ".".join(shorten(str(key)) for key in keys)
+
+
+def spoken_name(keys: KeyPath) -> str:
+    """Return a key path in a sentence, such as `checks #2` for the second entry of a list."""
+    name = ""
+    for key in keys:
+        name += f" #{key + 1}" if isinstance(key, int) else f".{shorten(str(key))}"
+    return name.removeprefix(".")

@@ -31,7 +31,7 @@ from drysim.scenario.sampling import (
     Triangular,
     Uniform,
 )
-from drysim.scenario.validation import dotted_name
+from drysim.scenario.validation import spoken_name
 from drysim.yaml_document import KeyPath
 
 
@@ -225,7 +225,7 @@ def read_distribution(
         needed, allowed = Draw.parameters[kind]
         for name in needed:
             if name not in parameters:
-                reading.fault(f"{dotted_name((*path, name))} is required ({kind})", path)
+                reading.fault(f"{spoken_name((*path, name))} is required ({kind})", path)
         for name in parameters.keys() - {*needed, *allowed, "distribution"}:
             sentence = f"is not used for a {kind} distribution"
             reading.report_value(sentence, (*path, name), at_key=True)

@@ -23,6 +23,7 @@ from drysim.metrics.table import FIT_NAMES
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, SWEEP_KEY, chain_length
 from drysim.scenario.files import files_location, swept_files
 from drysim.scenario.model import STATIC_RATIO, Scenario, scene_period
+from drysim.scenario.validation import spoken_name
 from drysim.scenario.warnings import extreme_cases, scenario_warnings
 from drysim.study import statistics
 from drysim.study.budget import (
@@ -186,7 +187,7 @@ def read_swept(
         problem, header = fault.problem, 1 + (single.excitation.skip or 0)
         if not single.excitation.path.exists():
             keys = (*files_location(scenario), i)
-            sentence = f"{'.'.join(map(str, keys))}: {problem}"
+            sentence = f"{spoken_name(keys)}: {problem}"
             raise scenario.error(sentence, keys) from None
         if i == 0 or problem.line > header:  # a sample, not the columns
             raise
