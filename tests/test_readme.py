@@ -358,12 +358,35 @@ def test_shell_completes_keys_metrics_words_and_pages():
     assert options.complete_pages() == list(pages())
 
 
+def test_each_test_that_holds_a_claim_is_there():
+    tests = "\n".join(file.read_text(encoding="utf-8") for file in ROOT.glob("tests/**/*.py"))
+    defined = set(re.findall(r"^ *def (test_\w+)", tests, re.M))
+    rows = re.findall(r"^\| (?!-|claim)(.*) \| (.*) \|$", pages()["claims"].text, re.M)
+    named = {name for _, cell in rows for name in re.findall(r"`(test_\w+)`", cell)}
+    assert len(named) > 50
+    assert sorted(named - defined) == []
+    assert [claim for claim, cell in rows if not re.search("`|\\]\\(", cell)] == []
+
+
+def test_modules_that_pages_tell_to_run_are_there():
+    named = set(re.findall(r"\btests/\w+(?:[/.]\w+)*", ALL))
+    assert len(named) > 10
+    assert [name for name in sorted(named) if not (ROOT / name).exists()] == []
+
+
+def test_speed_of_a_case_in_the_readme_is_that_of_the_page():
+    (time,) = re.findall(r"([\d.]+ µs) of processor time", README)
+    assert f"| {time} a case |" in TEXTS["speed"]
+
+
 PACKAGE = Path(drysim.__file__).parent
 SOURCE_FILE = re.compile(r"`((?:\w+/)*\w+\.(?:py|md))`")
 
 
 def test_files_to_add_something_to_are_there():
-    section = pages()["development"].text.partition("## Adding something")[2]
+    (section,) = re.findall(
+        r"## Adding something\n(.*?)\n## ", pages()["development"].text, re.S
+    )
     files = SOURCE_FILE.findall(section)
     assert {file.partition("/")[0] for file in files} >= {"metrics", "results", "study", "cli"}
     for file in files:

@@ -22,7 +22,7 @@ SECTIONS = {
         "columns", "exit-codes", "commands", "warnings", "gallery",
     ),
     "background": (
-        "physics", "exact", "speed", "paper", "choices", "robustness", "cluster",
+        "physics", "exact", "claims", "speed", "paper", "choices", "robustness", "cluster",
         "architecture", "development", "changes",
     ),
 }  # fmt: skip
