@@ -6,6 +6,7 @@ reduced to few colours to keep the files small.
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -54,6 +55,11 @@ PICTURES = {
 
 MODEL = "model.png"
 
+REPORT = "report.png"
+BROWSERS = "chromium", "chromium-browser", "google-chrome"
+PAGE, SHOWN = (1000, 1140), 640
+"""Size of the head of a page, and width of its picture [pixel]."""
+
 SIZE, DOTS = (3.3, 2.9), 100
 """Size of the figure of a loop [inch], and dots per inch of loops and model."""
 
@@ -99,6 +105,26 @@ def model() -> Figure:
     return figure
 
 
+def draw_report() -> None:
+    """Take a picture of the head of a report in a browser, if there is one."""
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if browser is None:
+        print(f"{REPORT} stays as it is: it needs one of {', '.join(BROWSERS)}")
+        return
+    with tempfile.TemporaryDirectory() as place:
+        result = drysim.run(drysim.load(GALLERY / "seat-on-em1.yaml"))
+        page = drysim.report(result, Path(place, "report.html"))
+        photo, few = Path(place, "page.png"), Path(place, "few.png")
+        size = "{},{}".format(*PAGE)
+        options = "--headless", "--no-sandbox", "--hide-scrollbars", f"--window-size={size}"
+        command = [browser, *options, f"--screenshot={photo}", page.as_uri()]
+        subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
+        whole = Image.open(photo).convert("RGB").crop((0, 0, *PAGE))
+        height = round(PAGE[1] * SHOWN / PAGE[0])
+        whole.resize((SHOWN, height), Image.Resampling.LANCZOS).save(few)
+        keep(few, HERE / REPORT)
+
+
 def asked(name: str) -> bool:
     """Return whether to draw a picture: all, or those named on the command line."""
     return not sys.argv[1:] or name in sys.argv[1:]
@@ -107,6 +133,8 @@ def asked(name: str) -> bool:
 for picture, (words, drawn) in PICTURES.items():
     if asked(picture):
         draw(picture, words, drawn)
+if asked(REPORT):
+    draw_report()
 if asked(MODEL):
     with tempfile.TemporaryDirectory() as place:
         style.save_picture(model, Path(place, MODEL))

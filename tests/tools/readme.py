@@ -121,7 +121,7 @@ def spelled(one) -> str:
     return f"{names} {word}".replace("|", "\\|")
 
 
-SHORT = ("stick-slip", "moreau", "signum", "solve_ivp events DOP853", "solve_ivp tanh LSODA")
+SHORT = ("stick-slip", "signum", "solve_ivp events DOP853")
 """Rows of the measured table of speed and error that the README shows, by their beginnings."""
 
 
@@ -152,11 +152,21 @@ class Screen(io.StringIO):
 def said(command: str, code: int) -> tuple[str, int]:
     """Return what a command prints, and its exit code; `$?` is the code of the one before."""
     if command.startswith("drysim "):
+        command, _, following = command.partition(" | ")
         screen = Screen()
-        with contextlib.redirect_stdout(screen), contextlib.redirect_stderr(screen):
+        stdout = io.StringIO() if following else screen
+        with contextlib.redirect_stdout(stdout), contextlib.redirect_stderr(screen):
             code = main(shlex.split(command)[1:])
         assert code != EXIT_BUG, screen.getvalue()
-        return screen.getvalue(), code
+        if not following:
+            return screen.getvalue(), code
+        kept = subprocess.run(
+            ["sh", "-c", following],
+            input=stdout.getvalue(),
+            stdout=subprocess.PIPE,
+            encoding="utf-8",
+        )
+        return screen.getvalue() + kept.stdout, kept.returncode
     shell = ["sh", "-c", f"(exit {code}); {command}"]
     done = subprocess.run(
         shell, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8"
