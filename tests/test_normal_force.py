@@ -155,6 +155,38 @@ def test_other_laws_take_the_mean_in_a_comparison(scene):
     assert law.F_fk == pytest.approx(scenario.law().F_fk, rel=1e-12)
 
 
+VERTICAL = "normal_record: {file: force.csv, column: z, rate: 100 Hz, quantity: acceleration}"
+
+
+@pytest.mark.parametrize(("amplitude", "lifts"), [(3.0, False), (12.0, True)])
+def test_vertical_acceleration_presses_the_mass(scene, amplitude, lifts):
+    t, m = np.arange(501) / 100, 75.0
+    z_dd = amplitude * (np.sin(2 * np.pi * 0.9 * t) + 0.2 * np.cos(11 * t))
+    z_dd -= z_dd.mean()
+    by_force = load(scene(values=m * (9.81 + z_dd)))
+    expected = drysim.run(by_force)
+    other = by_force.with_approach("signum").law()
+    scenario = load(scene(VERTICAL, values=z_dd / 9.80665, header="z [g]"))
+    result = drysim.run(scenario)
+    assert scenario.law().F_fk == pytest.approx(0.3 * m * 9.81, rel=1e-12)
+    assert np.abs(result.response.x_r - expected.response.x_r).max() < 1e-12
+    assert ("lift" in result.response.events.names) == lifts
+    assert scenario.with_approach("signum").law().F_fk == pytest.approx(other.F_fk, rel=1e-12)
+
+
+def test_gravity_in_a_vertical_acceleration_is_refused_and_an_offset_told(scene):
+    z_dd = np.sin(2 * np.pi * 0.9 * np.arange(501) / 100)
+    for sign in (1.0, -1.0):
+        with pytest.raises(RecordError, match="looks like gravity: `remove: mean` removes it"):
+            load(scene(VERTICAL, values=z_dd + sign * 9.81, header="z [m/s2]")).law()
+    file = scene(VERTICAL, values=z_dd - z_dd.mean() + 0.3, header="z [m/s2]")
+    (warning,) = load(file).law().force_record.warnings
+    assert warning.slug == "record-mean"
+    assert "the normal force is 3.1 % above the weight on average" in warning.sentence
+    mean = {"friction.normal_record.remove": "mean"}
+    assert load(file, mean).law().force_record.warnings == ()
+
+
 @pytest.mark.parametrize(
     ("force", "more", "sentence"),
     [

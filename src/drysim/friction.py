@@ -228,14 +228,19 @@ class PositiveForce(KineticForce):
 # The normal force may vary as a sine, or be a record in the formats of base motion.
 
 
-class NormalRecord(Recorded):
+class NormalQuantity(Block):
+    """The measured quantity of a record of the normal force."""
+
+    quantity: Literal["force", "acceleration"] = "force"
+    """Measured quantity: the normal force F_N, or the vertical acceleration z̈ of the base,
+    upwards and without gravity, that presses the mass: F_N = m (9.81 m/s² + z̈)."""
+
+
+class NormalRecord(Recorded, NormalQuantity):
     """Recorded normal force: equidistant samples of a file, linear in between.
 
     At zero or below the surfaces are separated and there is no friction.
     """
-
-    # The base class serves records with a choice, too.
-    quantity: ClassVar[str] = "force"  # type: ignore[misc]
 
     @property
     def block(self) -> str:
@@ -248,7 +253,8 @@ class NormalRecord(Recorded):
         Raises
         ------
         RecordError
-            If the record cannot be used, or its mean is not positive.
+            If the record cannot be used, the mean of its forces is not positive, or its
+            acceleration contains gravity.
         """
         stamp = None
         with suppress(OSError):
@@ -304,8 +310,8 @@ class Coulomb(FrictionLimits):
     """Sinusoidal normal force; default: constant."""
 
     normal_record: NormalRecord | None = None
-    """Recorded normal force [N] in place of `normal`; F_fk and F_fs then refer to its mean.
-    Needs `mu_kinetic`."""
+    """Recorded normal force in place of `normal`; F_fk and F_fs then refer to its mean, or to
+    the weight of the mass if the record is of acceleration. Needs `mu_kinetic`."""
 
     at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (
         *FrictionLimits.at_most_one_of,
@@ -334,12 +340,13 @@ class Coulomb(FrictionLimits):
 
     def force_from_coefficient(self, mu: float, m: float) -> float:
         """Return the friction force [N] of a coefficient; a record counts by its mean."""
-        record = self.normal_record
-        return (
-            super().force_from_coefficient(mu, m)
-            if record is None
-            else mu * record.force_record().mean
-        )
+        mean = self.mean_normal_force
+        return super().force_from_coefficient(mu, m) if mean is None else mu * mean
+
+    @property
+    def mean_normal_force(self) -> float | None:
+        """Mean of a record of forces [N]; None: the friction forces refer to `normal`."""
+        return None if self.normal_record is None else self.normal_record.force_record().mean
 
     def describe(self, swept: Collection[str] = ()) -> Iterator[str]:
         """Yield nothing: the forces describe the law."""

@@ -342,11 +342,13 @@ class NormalForceRecord:
     Attributes
     ----------
     relative : ndarray, shape (n,)
-        Force relative to its mean [-]; the first sample is t = 0.
+        Force relative to the one that the friction forces refer to [-]; the first sample is
+        t = 0.
     step : float
         Sampling interval [s].
-    mean : float
-        Mean of the samples [N], above 0.
+    mean : float or None
+        Mean of the samples [N], above 0, which the friction forces refer to; None if they refer
+        to the weight of the mass.
     inputs : tuple of Input
         File it was read from.
     warnings : tuple of WarningMessage
@@ -357,7 +359,7 @@ class NormalForceRecord:
 
     relative: NDArray[np.float64]
     step: float
-    mean: float
+    mean: float | None
     inputs: tuple[Input, ...] = ()
     warnings: tuple[WarningMessage, ...] = ()
     clean_up: tuple[Mapping[str, object], ...] = ()

@@ -53,7 +53,7 @@ from drysim.records.columns import (
 )
 from drysim.records.formats import open_with_format
 from drysim.records.layout import row_warnings
-from drysim.records.level import Level, measure_level
+from drysim.records.level import GRAVITY, Level, measure_level
 from drysim.records.options import NOTHING, Recorded, RecordedMotion, Removal, Window
 from drysim.records.text import redact_quotes
 from drysim.records.warnings import (
@@ -67,6 +67,7 @@ from drysim.records.warnings import (
     resampling_warnings,
     rising_warnings,
     unit_warnings,
+    vertical_warnings,
 )
 from drysim.wording import format_count
 
@@ -133,25 +134,34 @@ def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
 
 
 def read_normal_force(record: Recorded) -> NormalForceRecord:
-    """Read the normal force of a record, relative to its mean.
+    """Read the normal force of a record: of forces, relative to their mean.
+
+    That of a vertical acceleration z̈ is 1 + z̈/g, relative to the weight of the mass.
 
     Raises
     ------
     RecordError
-        If the record cannot be used, or its mean is not above zero.
+        If the record cannot be used, the mean of forces is not above zero, or an acceleration
+        contains gravity.
     """
     display_path = str(record.path)
-    cleaned, source = _read_window(record, "the force")
+    is_force = record.quantity == "force"
+    cleaned, source = _read_window(record, "the force" if is_force else "z̈")
     values, dt = cleaned.series.values[:], cleaned.series.dt
-    warnings = (*cleaned.warnings, *force_warnings(record, values, dt))
-    mean = float(values.mean())
+    warnings, mean = cleaned.warnings, float(values.mean())
+    if not is_force:
+        warnings += (*vertical_warnings(record, mean),)
+        values = GRAVITY + values
+    warnings += (*force_warnings(record, values, dt),)
+    clean_up = tuple(report.to_dict() for report in cleaned.reports)
+    if not is_force:
+        return NormalForceRecord(values / GRAVITY, dt, None, (source,), warnings, clean_up)
     if not mean > 0.0:
         sentence = (
             f"the mean of the normal force is {mean:.6g} N; it must be "
             "positive (compression): check the sign (`scale: -1` reverses it)"
         )
         raise record_error(display_path, sentence)
-    clean_up = tuple(report.to_dict() for report in cleaned.reports)
     return NormalForceRecord(values / mean, dt, mean, (source,), warnings, clean_up)
 
 

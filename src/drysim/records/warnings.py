@@ -35,7 +35,7 @@ from drysim.records.artefacts import (
 )
 from drysim.records.clean import METHODS, STEP_TOLERANCE, CleaningReport
 from drysim.records.columns import record_error
-from drysim.records.level import Level, is_gravity, measure_level
+from drysim.records.level import GRAVITY, Level, is_gravity, measure_level
 from drysim.records.options import (
     SUGGESTED_HIGH_PASS,
     TRENDS,
@@ -181,6 +181,27 @@ def check_gravity(record: RecordedMotion, level: Level) -> None:
             "`gravity: keep`"
         )
         raise record_error(str(record.path), sentence)
+
+
+def vertical_warnings(record: Recorded, mean: float) -> Iterator[WarningMessage]:
+    """Warn of a mean of z̈ [m/s²] that changes the normal force by more than 1 %.
+
+    Raises
+    ------
+    RecordError
+        If it looks like gravity, which the normal force has already.
+    """
+    remedy = f"{record.remove.yaml_with(trend='mean')} removes it"
+    if is_gravity(mean):
+        sentence = f"the mean of z̈ is {mean:.4g} m/s², which looks like gravity: {remedy}"
+        raise record_error(str(record.path), f"{sentence}; F_N = m (g + z̈) has it already")
+    if abs(mean) > NOTABLE_SHARE * GRAVITY:
+        change = f"{_percent(abs(mean) / GRAVITY)} {'above' if mean > 0.0 else 'below'}"
+        sentence = (
+            f"{record.named}: the mean of z̈ is {mean:.4g} m/s², so that the normal force is "
+            f"{change} the weight on average; {remedy}"
+        )
+        yield WarningMessage("record-mean", sentence, {"mean": mean})
 
 
 def _trend_to_remove(record: RecordedMotion) -> str:

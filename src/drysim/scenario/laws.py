@@ -98,9 +98,9 @@ def friction_under_law(friction: Friction, name: str) -> Friction:
     if friction.law == name:
         return friction
     arguments: dict[str, Any] = law_arguments(friction, name) | {LAW_KEY: name}
-    record = getattr(friction, "normal_record", None)
-    if record is not None and "mu_kinetic" in arguments and "normal" in LAWS[name].model_fields:
-        arguments.setdefault("normal", record.force_record().mean)
+    if "mu_kinetic" in arguments and "normal" in LAWS[name].model_fields:
+        mean = getattr(friction, "mean_normal_force", None)
+        arguments |= {} if mean is None else {"normal": mean}
     return LAWS[name].model_construct(**arguments)
 
 

@@ -757,10 +757,7 @@ def _friction_for_approach(
     if isinstance(friction, Coulomb) and not member.supports_variation:
         less["normal_variation"] = None
         if friction.normal_record is not None:
-            less |= {
-                "normal": friction.normal_record.force_record().mean,
-                "normal_record": None,
-            }
+            less |= {"normal": friction.mean_normal_force, "normal_record": None}
     return friction.model_copy(update=less)
 
 

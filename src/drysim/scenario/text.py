@@ -340,10 +340,14 @@ def format_times_by_side(
 
 
 def _describe_force_record(force_record: NormalForceRecord, varied: bool) -> str:
-    """Return range and file of a recorded normal force; only the file if the force varies."""
+    """Return range and file of a recorded normal force; only the file if the force varies.
+
+    The range of one that follows from an acceleration is relative to the weight of the mass.
+    """
     files = ", ".join(sanitise(source.file) for source in force_record.inputs)
     if varied:
         return f"F_N recorded ({files})"
-    relative, mean = force_record.relative, force_record.mean
-    low, high = mean * float(relative.min()), mean * float(relative.max())
-    return f"F_N {format_range(low, high, 'N', 3)} ({files})"
+    low, high = float(force_record.relative.min()), float(force_record.relative.max())
+    if (mean := force_record.mean) is None:
+        return f"F_N {format_range(low, high, 'm g', 3)} ({files})"
+    return f"F_N {format_range(mean * low, mean * high, 'N', 3)} ({files})"
