@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from seat import tree
+from typer.main import get_command
 
 from drysim import __version__, output
-from drysim.cli import COMMANDS
+from drysim.cli import COMMANDS, app
+from drysim.manual import pages
 
 RUN_FILES = ["drysim.json", "events.csv", "response.csv", "response.png", "scenario.yaml"]
 
@@ -650,3 +654,18 @@ def test_unknown_format_of_pictures_is_refused_before_any_work(drysim, seat):
     assert answer.code == 2
     assert "'png', 'svg', 'pdf'" in answer.err
     assert not (seat.parent / "out").exists()
+
+
+def test_help_of_each_command_ends_with_two_valid_examples_and_its_page(drysim, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    group = get_command(app)
+    for name in group.commands:
+        *_, examples, more = drysim(name, "--help").out.strip().split("\n\n")
+        title, *lines = examples.split("\n")
+        assert (title.strip(), len(lines)) == ("Examples:", 2)
+        assert more.strip().removeprefix("More: drysim manual ") in pages()
+        for line in lines:
+            assert len(line) <= 80
+            program, command, *arguments = shlex.split(re.split(r" [|>] | && ", line)[0])
+            assert (program, command) == ("drysim", name)
+            assert group.commands[name].make_context(name, arguments)

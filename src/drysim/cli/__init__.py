@@ -134,7 +134,8 @@ def no_command(context: typer.Context, version: options.Version = False) -> int:
 for each_command in COMMANDS:
     # `explain --resume` explains the option.
     settings = {"ignore_unknown_options": each_command is explain}
-    app.command(cls=MetavarCommand, context_settings=settings)(each_command)
+    end = options.help_end(each_command.__name__)
+    app.command(cls=MetavarCommand, context_settings=settings, epilog=end)(each_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -256,6 +256,45 @@ ReportFile = Annotated[
 ReportNoPlots = Annotated[bool, typer.Option("--no-plots", help="No pictures.")]
 
 
+EXAMPLES = {
+    "init": ("init --list", "init seat-on-em1"),
+    "run": ("run seat.yaml", "run seat.yaml --set friction.kinetic=30 --out out/soft --report"),
+    "sweep": ("sweep seat.yaml", "sweep seat.yaml --over friction.kinetic=0:100:10"),
+    "compare": ("compare signum vs stick-slip", "compare dahl vs coulomb seat.yaml --report"),
+    "fit": ("fit rig.yaml", 'fit rig.yaml --set "fit.laws=[coulomb, stribeck, dahl]"'),
+    "design": (
+        "design seat.yaml",
+        'design seat.yaml --set "design.within=[x_r_peak < 25 mm]" --report',
+    ),
+    "branches": ("branches seat.yaml", "branches seat.yaml --set oscillator.damping=100"),
+    "map": ("map regime-map.yaml", "map regime-map.yaml --set friction.static_ratio=1.3"),
+    "validate": ("validate seat.yaml", "validate --strict --format github *.yaml"),
+    "summarise": ("summarise out/seat", "summarise out/seat --json"),
+    "report": ("report out/seat", "report out/seat --out seat.html"),
+    "bench": ("bench", "bench seat.yaml --no-peers"),
+    "schema": ("schema > scenario.schema.json", "schema | grep -n natural_frequency"),
+    "doctor": ("doctor", "doctor && drysim run seat.yaml"),
+    "manual": ("manual --list", "manual seat"),
+    "explain": ("explain friction.law", 'explain "ISO 7096"'),
+}
+"""Two examples of each command, for the end of its help."""
+
+PAGES = {
+    "init": "gallery", "run": "first-run", "validate": "scenario", "summarise": "files",
+    "bench": "speed", "schema": "scenario", "doctor": "first-run", "manual": "symbols",
+    "explain": "keys",
+}  # fmt: skip
+"""Pages of the manual on the commands that have no page of their own name."""
+
+
+def help_end(command: str) -> str:
+    """Return the end of the help of a command: examples, and its page of the manual."""
+    lines = "".join(f"\n  drysim {example}" for example in EXAMPLES[command])
+    page = PAGES.get(command, command)
+    # \b keeps the lines of a paragraph as they are.
+    return f"\b\nExamples:{lines}\n\nMore: drysim manual {page}"
+
+
 def overrides(
     changes: list[str] | None, approach: str | None = None, over: list[str] | None = None
 ) -> list[str]:
