@@ -237,7 +237,8 @@ def test_check_over_seeds_judges_each_case_of_a_sweep(drysim, noisy):
     done = drysim("sweep", noisy, *words, "--set", f"checks=[{text}]", "--no-plots")
     said = " ".join(done.out.split())
     assert f"✗ fails {text} in 2 of 2 cases, worst with" in said
-    assert ", the worst of 6 seeds at kinetic 0 N" in said
+    assert " mm over 6 seeds at kinetic 0 N" in said
+    assert "the worst of" not in said
 
 
 def test_swept_stroke_beyond_its_limit_is_told_of_the_worst_seed(drysim, noisy):

@@ -185,7 +185,9 @@ def test_comparison_is_reported(drysim, seat):
     words = ("signum", "vs", "stick-slip", "-s", seat, "--report", "--quiet", "-o", "out")
     assert drysim("compare", *words).code == 0
     verdict = json.loads(Path("out/drysim.json").read_text())["verdict"][0]
-    assert verdict in Page(Path("out/report.html").read_text("utf-8")).text
+    page = Page(Path("out/report.html").read_text("utf-8")).text
+    assert verdict in page
+    assert "Range and quantiles over the cases of each approach." in page
     assert drysim("report", "out").code == 0
     assert verdict in Page(Path("out/report.html").read_text("utf-8")).text
 
@@ -221,7 +223,8 @@ def test_page_of_a_design_study_has_every_condition_and_names_that_of_the_metric
     assert worst["at"] == fields["design"]["metrics_at"]
     assert worst["metrics"]["T_a"] == fields["metrics"]["T_a"]
     at = f"mass {worst['at']['oscillator.mass']:g} kg"
-    assert f"Those of the best design at {at}, the condition with the highest T_a." in page.text
+    sentence = f"Values of the best design at {at}, the condition with the highest T_a."
+    assert sentence in page.text
     assert f"{at} (highest T_a)" in page.text
     for one in both:
         assert all(check["passed"] for check in one["checks"])
@@ -333,6 +336,15 @@ def test_stroke_limit_that_every_seed_keeps_is_reported_and_summarised(result, d
     for words in (Page(page).text, drysim("summarise", "out").out):
         assert sentence in " ".join(words.split())
     assert drysim("report", "out", "--no-plots").code == 0
+
+
+def test_numbers_over_seeds_are_told_from_those_of_the_shown_seed(result, drysim):
+    noise = NOISY.replace("seed: 1}", "seed: 4, seeds: 3}")
+    page = " ".join(Page(result(noise, "run", "--no-plots")[1]).text.split())
+    about = "ean, its 95 % interval, range and quantiles over 3 seeds"
+    assert f"M{about}. " in page
+    assert re.search(r"\d+ events with seed 4 \(stops", page)
+    assert f"m{about}" in " ".join(drysim("summarise", "out").out.split())
 
 
 def test_page_shows_no_backticks_but_those_of_the_scenario(result):

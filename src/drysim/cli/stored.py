@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any
 from drysim.console.summary import print_labelled, print_summary
 from drysim.console.terminal import print_line, print_table
 from drysim.errors import WarningMessage
-from drysim.results.stored import OPTIONAL_COLUMNS, metric_columns, metric_tables
+from drysim.results.stored import (
+    OPTIONAL_COLUMNS,
+    describe_metrics,
+    metric_columns,
+    metric_tables,
+)
 from drysim.study.summary import from_fields
 
 if TYPE_CHECKING:
@@ -41,9 +46,9 @@ def show_stored(fields: Mapping[str, Any], console: AnyConsole) -> None:
     print_labelled(console, "command", str(fields["command"]) or "none: written from Python")
     print_line(console)
     print_summary(console, from_fields(fields["summary"]))
-    if of_which := fields.get("design", {}).get("metrics_of"):
+    if description := describe_metrics(fields):
         print_line(console)
-        print_labelled(console, "metrics", of_which)
+        print_labelled(console, "metrics", description)
     # Of several seeds the plain metrics are means; `ensemble` has their scatter, too.
     for approach, metrics in metric_tables(fields.get("ensemble", fields)["metrics"]):
         if not (columns := metric_columns(metrics)):

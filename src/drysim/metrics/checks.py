@@ -291,7 +291,7 @@ class Verdict:
     @property
     def share(self) -> str:
         """How many cases or seeds fail, such as ` in 3 of 12 cases`; empty for a single one."""
-        if self.failed and self.cases > 1:
+        if self._fails_in_cases:
             return f" in {self.failed} of {self.cases} cases"
         if not self._fails_in_seeds:
             return ""
@@ -300,10 +300,15 @@ class Verdict:
         return f": {share} fail" if is_said else f" in {share}"
 
     @property
+    def _fails_in_cases(self) -> bool:
+        """Whether some of several cases fail."""
+        return self.failed > 0 and self.cases > 1
+
+    @property
     def _fails_in_seeds(self) -> bool:
         """Whether a single case has seeds that fail where each must pass."""
-        in_cases = self.failed and self.cases > 1
-        return bool(self.failed_seeds) and not in_cases and self.check.judges == EVERY_SEED
+        is_alone = not self._fails_in_cases
+        return bool(self.failed_seeds) and is_alone and self.check.judges == EVERY_SEED
 
     @property
     def described_value(self) -> str:
@@ -329,6 +334,8 @@ class Verdict:
         if self.seeds == 1:
             return ""
         if self.check.judges == EVERY_SEED:
+            if self._fails_in_cases:  # whose worst is named, as is its worst seed
+                return f" over {self.seeds} seeds"
             return "" if self._fails_in_seeds else f", the worst of {self.seeds} seeds"
         fail = f" ({self.failed_seeds} fail)" if self.failed_seeds else ""
         return f", {self.check.judges} of {self.seeds} seeds{fail}"

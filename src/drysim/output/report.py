@@ -190,7 +190,7 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
         notes=notes,
         sketch=sketch(folder, varied) if plots else None,
         pictures=pictures,
-        metrics_of=fields.get("design", {}).get("metrics_of", ""),
+        metrics_about=stored.describe_metrics(fields),
         metrics=tables,
         metric_meanings=meanings_of_metrics(tables),
         evidence=list(evidence(fields)),
@@ -478,21 +478,24 @@ def evidence(fields: Fields) -> Lines:
     if residual is not None:
         sentence = f"{format_number(residual, digits=2)}: {meaning_of_metric('law_residual')}."
         yield "law residual", sentence
+    # Of several seeds only the motion of the shown one is kept.
+    seed = f" with seed {fields['excitation']['seed']}" if "ensemble" in fields else ""
     if numerics.get("events") is not None:
         how = "located within the steps, so that there is no time-step error"
         if approach != EXACT:
             how = "found at the end of the steps, which limits the accuracy"
         yield (
             "events",
-            f"{format_count(numerics['events'], 'event')} (stops, break-aways, reversals) over "
-            f"{format_count(numerics['steps'], 'step')} of the output grid, {how}.",
+            f"{format_count(numerics['events'], 'event')}{seed} (stops, break-aways, "
+            f"reversals) over {format_count(numerics['steps'], 'step')} of the output grid, "
+            f"{how}.",
         )
     if (margin := numerics.get("closest_decision")) is not None:
         yield (
             "closest decision",
-            f"{format_number(margin, digits=2)}: smallest relative margin between the contact "
-            "force and the static limit where stick or slip was decided; below 1e-6 a small "
-            "change of the input could change the answer, and a warning says so.",
+            f"{format_number(margin, digits=2)}{seed}: smallest relative margin between the "
+            "contact force and the static limit where stick or slip was decided; below 1e-6 a "
+            "small change of the input could change the answer, and a warning says so.",
         )
     if (closure := numerics.get("closure")) is not None:
         about = meaning_of_metric("closure")
@@ -502,7 +505,7 @@ def evidence(fields: Fields) -> Lines:
         yield "distance to the orbit", f"{format_number(distance, digits=2)}: {about}."
     if (error := numerics.get("error")) is not None:
         what = "estimated error of x_r, relative to its peak"
-        yield "error", f"{format_number(error, digits=2)}: {what}."
+        yield "error", f"{format_number(error, digits=2)}{seed}: {what}."
     if statuses := numerics.get("statuses"):
         cases = ", ".join(f"{count} {status}" for status, count in statuses.items())
         yield "cases", f"{cases}."

@@ -35,6 +35,22 @@ def metric_tables(metrics: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str
     yield from metrics.items() if several else [("", metrics)]
 
 
+def describe_metrics(fields: Mapping[str, Any]) -> str:
+    """Describe over what the metrics were taken, or of which design; empty for a single run."""
+    numerics = fields["numerics"]
+    if design := fields.get("design", {}).get("metrics_of"):
+        return f"values {design}"
+    if "ensemble" in fields:
+        seeds = fields["ensemble"]["seeds"]
+        return f"mean, its 95 % interval, range and quantiles over {seeds} seeds"
+    if fields["kind"] not in ("sweep", "comparison"):
+        return ""
+    approach = numerics.get("approach")
+    cases = f"the cases by {approach}" if approach else "the cases of each approach"
+    means = "; each case is a mean over its seeds" * ("seeds" in numerics)
+    return f"range and quantiles over {cases}{means}"
+
+
 def metric_columns(metrics: Mapping[str, Any]) -> list[list[str]]:
     """Return metrics as a table by columns."""
     rows = [_metric_row(name, entry) for name, entry in metrics.items() if name in UNITS]
