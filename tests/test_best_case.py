@@ -14,7 +14,7 @@ from drysim.metrics.table import METRICS
 from drysim.plots.sweep import draw_stroke
 from drysim.scenario.load import load
 from drysim.study.statistics import FAILED, OK, Batch, Row
-from drysim.study.table import Tally, minmax_design, misses_of
+from drysim.study.table import Tally, excess_of, minmax_design, misses_of
 
 KEY = "friction.kinetic"
 SEAT = f"""\
@@ -122,6 +122,26 @@ def test_closest_case_fails_its_worst_check_by_least_relative_to_the_limit():
     assert misses.argmax(axis=0).tolist() == [1, 2, 2, 1]  # of the stroke limit and both checks
     misses = misses_of(Batch.of(0, rows[2:3]), checks[:1])
     assert (misses.max(), misses.argmax()) == (pytest.approx(0.04), 0)
+
+
+@pytest.mark.parametrize("text", ["T_a < 0.5", "T_a <= 0.5", "T_a > 0.5", "T_a == 0.5"])
+def test_excess_over_a_limit_has_the_sign_of_its_verdict(text):
+    check = Check.parse(f"{text} at {KEY} > 1", {KEY: "N"})
+    rows = []
+    for T_a in (0.4, 0.5, 0.6, None):
+        metrics = dict.fromkeys((metric.name for metric in METRICS), 0.0) | {"T_a": T_a}
+        rows += [Row({KEY: force}, "stick-slip", 1.0, 1.0, metrics) for force in (1.0, 2.0)]
+    batch = Batch.of(0, rows)
+    (stroke, excess), misses = excess_of(batch, [check]), misses_of(batch, [check])[1]
+    assert (stroke == -1.0).all()  # none of it is used
+    for row, amount, miss in zip(rows, excess, misses, strict=True):
+        if not check.applies(row.point):
+            assert amount == miss == -np.inf
+        elif row.metrics["T_a"] is None:
+            assert amount == miss == np.inf
+        else:
+            assert amount == pytest.approx(check.excess(row.metrics["T_a"]) / 0.5)
+            assert (miss == -np.inf) == bool(check.holds(row.metrics["T_a"]))
 
 
 def test_failed_check_counts_its_cases_and_the_best_case_is_the_answer(drysim, tmp_path):

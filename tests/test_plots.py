@@ -19,13 +19,14 @@ from shown import labelled, legend, show
 
 from drysim import wording
 from drysim.bench.score import Bench, BenchCase, Score
+from drysim.metrics.checks import Check
 from drysim.plots import comparison as comparison_plot
 from drysim.plots import style
 from drysim.plots import sweep as sweep_plots
 from drysim.plots.comparison import draw as draw_comparison
 from drysim.plots.speed_error import draw as draw_bench
 from drysim.plots.style import T_A, T_X, plotted, save_picture
-from drysim.plots.sweep import draw_stroke, draw_transmissibility
+from drysim.plots.sweep import draw_map, draw_stroke, draw_transmissibility
 from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
 from drysim.study.compare import compare
@@ -963,6 +964,74 @@ def test_picture_says_that_no_case_is_admissible(tmp_path):
     )
     heading = " ".join(text.get_text() for text in figure.texts)
     assert "no case of 6 is admissible; the closest fails SEAT < 0.01, with " in heading
+
+
+TWO_KEYS = (
+    "{friction.kinetic: {from: 0, to: 60, count: 4}, "
+    "oscillator.damping: {from: 100, to: 1600, count: 3, scale: log}}"
+)
+
+
+def test_sweep_of_two_keys_is_drawn_as_a_map_with_limit_and_best_case(tmp_path):
+    table = solved(seat(tmp_path, TWO_KEYS, "[SEAT < 0.5]"))
+    figure = draw_map(table)
+    panel, bar = figure.axes
+    assert (panel.get_xscale(), panel.get_yscale()) == ("linear", "log")
+    assert panel.get_xlabel() == "kinetic friction force F_fk [N]"
+    assert panel.get_ylabel() == "damping b [N·s/m]"
+    assert bar.get_ylabel() == "SEAT [–]"
+    mesh, hatched, edges = (one for one in panel.collections if one.get_label()[0] == "_")
+    rows = [row.metrics for row in table.own]
+    assert mesh.get_array().ravel().tolist() == [row["SEAT"] for row in rows]
+    # Every admissible case is on one side of the line, every other one hatched on the other.
+    good = [row["SEAT"] < 0.5 and not row["violations"] for row in rows]
+    assert 0 < len(hatched.get_paths()) == good.count(False) < len(rows)
+    grid = np.array(good).reshape(3, 4)
+    between = (grid[1:] != grid[:-1]).sum() + (grid[:, 1:] != grid[:, :-1]).sum()
+    assert len(edges.get_paths()) == between
+    (star,) = (line for line in panel.lines if line.get_marker() == "*")
+    assert [*star.get_xdata(), *star.get_ydata()] == [*table.best.row.point.values()]
+    entries = legend(figure)
+    assert entries[:2] == ["exceeds a limit", "limit"]
+    assert entries[2].startswith("best: SEAT ")
+    heading = " ".join(text.get_text() for text in figure.texts)
+    assert "checks SEAT < 0.5; " in heading
+
+
+def test_map_of_many_values_is_interpolated_unless_a_case_has_no_value():
+    def fine(limit):
+        values = np.linspace(0, 40, 13), np.linspace(0.5, 2, 12)
+        return sweep(*axes(force=values[0], rms=values[1]), limit=limit, reference=None)
+
+    figure = draw_map(fine(0.01))
+    panel = figure.axes[0]
+    assert [text.get_text() for text in panel.texts]  # levels, named on their lines
+    assert legend(figure) == ["exceeds a limit", "limit"]
+    assert legend(draw_map(fine(1e-9))) == ["exceeds a limit"]
+    assert not legend(draw_map(fine(None)))
+    figure = draw_map(spoil(fine(0.01), FAILED, 5))
+    assert not figure.axes[0].texts
+    assert legend(figure) == ["no case with a value", "exceeds a limit", "limit"]
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        lambda: sweep(*axes(frequency=[1, 2, 3, 4])),
+        lambda: sweep(*axes(frequency=[1, 2, 3, 4], rms=[1, 2])),
+        lambda: sweep(*axes(frequency=[1, 2, 3], rms=[1, 2, 3], force=[1, 2, 3])),
+        lambda: spoil(sweep(*axes(frequency=[1, 2, 3], rms=[1, 2, 3])), FAILED, *range(18)),
+    ],
+)
+def test_sweep_without_two_ranges_of_known_numbers_has_no_map(table):
+    assert draw_map(table()) is None
+
+
+def test_map_shows_what_is_checked_and_else_T_a():
+    table = sweep(*axes(frequency=[1, 2, 3], rms=[1, 2, 3]))
+    assert draw_map(table).axes[1].get_ylabel() == "Tₐ [–]"
+    table.scenario.checks = (Check.parse("x_r_rms < 1 mm"),)
+    assert draw_map(table).axes[1].get_ylabel().startswith("x_r_rms [")
 
 
 def test_best_design_over_all_records_is_marked_in_the_picture(tmp_path):

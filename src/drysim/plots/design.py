@@ -21,7 +21,7 @@ import numpy as np
 from drysim.core.model import Floats
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.metrics.text import format_metric
-from drysim.plots import style
+from drysim.plots import metric_map, style
 from drysim.plots.style import (
     Style,
     axis_label,
@@ -29,7 +29,7 @@ from drysim.plots.style import (
     set_axis,
     set_ticks,
 )
-from drysim.plots.sweep import BEST_STYLE, EMPTY_COLOR
+from drysim.plots.sweep import BEST_STYLE
 from drysim.scenario.axes import KeyRange
 from drysim.scenario.text import describe_clean_up, short_key
 from drysim.study.design import (
@@ -49,18 +49,12 @@ if TYPE_CHECKING:
 CURVE_POINTS, MAP_POINTS = 400, 120
 """Points of a curve, and along one side of a map."""
 
-MAP_HEIGHT = 5.125
-"""Height of a map [inch]."""
-
 KEY_MARGIN = 0.02
 """Margin beyond the range of a key, as a share of it."""
 
 SHOWN_RANGE = 3.0
 """Largest objective that is shown, as a multiple of the median of the evaluated designs; that
 of negative ones is as far above the median."""
-
-LEVELS, SHOWN_SHARE = 20, 0.98
-"""Levels of a map, and the share of the admissible values between them."""
 
 ADMISSIBLE_STYLE: Style = {
     "linestyle": "none", "marker": "o", "markersize": 4.5, "color": "#1f4e79",
@@ -93,7 +87,7 @@ END_STYLE: Style = {
     "markeredgewidth": 1.2, "markeredgecolor": "#1f4e79", "label": "ends of the front",
     "clip_on": False,
 }  # fmt: skip
-EXCLUDED_COLOR, LINE_COLOR = EMPTY_COLOR, "#707070"
+EXCLUDED_COLOR = metric_map.EXCLUDED_STYLE["facecolor"]
 BOUNDARY_STYLE: Style = {"color": "black", "linewidth": 1.4}
 
 
@@ -102,7 +96,7 @@ def draw(result: DesignResult, ax: Axes | None = None) -> Figure:
     if len(result.design.minimise) > 1:
         figure = draw_front(result, ax)
     elif len(result.design.vary) == 2:
-        figure, grid = style.panel_grid(1, 1, MAP_HEIGHT, ax)
+        figure, grid = style.panel_grid(1, 1, metric_map.HEIGHT, ax)
         draw_map(result, ax or figure.add_subplot(grid[0, 0]))
     else:
         count = len(result.design.vary)
@@ -219,8 +213,6 @@ def mark_shown(
 
 def draw_map(result: DesignResult, axes: Axes) -> None:
     """Draw the objective over two keys as a map, with the inadmissible region in grey."""
-    from matplotlib.ticker import MaxNLocator
-
     first, second = result.design.vary
     set_key_axis(axes, first)
     set_key_axis(axes, second, "y")
@@ -235,24 +227,7 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
         if result.best is None:
             excess[:] = -1.0  # nowhere admissible: the map shows the objective everywhere
         x, y = first.value(side), second.value(side)
-        shown = values[excess <= 0.0] if (excess <= 0.0).any() else values
-        levels = MaxNLocator(LEVELS).tick_values(shown.min(), np.quantile(shown, SHOWN_SHARE))
-        filled = axes.contourf(x, y, values, levels=levels, extend="both", cmap="viridis")
-        curves = [(excess <= 0.0, "white"), (excess > 0.0, LINE_COLOR)]
-        if (excess > 0.0).any():
-            # Drawn where the largest constraint is above 0; the upper level is out of reach.
-            upper = 1.0 + excess.max()
-            axes.contourf(x, y, excess, levels=[0.0, upper], colors=[EXCLUDED_COLOR])
-            axes.plot([], [], "s", color=EXCLUDED_COLOR, markersize=9, label="exceeds a limit")
-        for inside, color in curves:
-            if inside.any():
-                part = np.ma.masked_where(~inside, values)
-                lines = axes.contour(x, y, part, levels[::2], colors=color, linewidths=0.6)
-                axes.clabel(lines, fontsize=8)
-        if (excess > 0.0).any():
-            axes.contour(x, y, excess, levels=[0.0], colors="black", linewidths=1.4)
-        bar = axes.figure.colorbar(filled, ax=axes, aspect=25, pad=0.02, ticks=levels[::2])
-        bar.set_label(label)
+        metric_map.add_bar(axes, metric_map.draw_levels(axes, x, y, values, excess), label)
     draw_designs(axes, result, lambda a: (a.values[first.key], a.values[second.key]))
     if result.optimum is not None:
         x, y = (key.value(result.optimum.points[:, i]) for i, key in enumerate((first, second)))
@@ -260,7 +235,6 @@ def draw_map(result: DesignResult, axes: Axes) -> None:
     given = [variant.candidate for variant in result.variants if variant.name == "as given"]
     axes.plot(*pairs(given, first, second), **GIVEN_STYLE)
     mark_shown(axes, result, lambda a: (a.values[first.key], a.values[second.key]))
-    axes.grid(visible=False)
 
 
 def draw_designs(

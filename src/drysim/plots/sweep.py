@@ -34,7 +34,8 @@ from numpy.typing import NDArray
 from drysim import wording
 from drysim.core.model import Floats
 from drysim.metrics.table import PEAK_STROKE
-from drysim.plots import response, style
+from drysim.metrics.text import format_metric_ranges
+from drysim.plots import metric_map, response, style
 from drysim.plots.style import (
     A_W,
     FORCE_LABEL,
@@ -82,15 +83,18 @@ from drysim.study.statistics import (
     NOT_SETTLED,
     NOT_UNIQUE,
     OK,
+    STATUSES,
     Batch,
     Row,
     as_batches,
 )
 from drysim.study.table import (
+    MIN_RANGE,
     RATIO_KEY,
     BestCase,
     Table,
     bin_values,
+    excess_of,
     is_admissible,
     log_bins,
     stroke_limits,
@@ -532,9 +536,6 @@ JUMP_STYLE: Style = {
     "color": "#b3261e", "linewidth": 0.9, "linestyle": (0, (1, 1.5)), "zorder": 1,
 }  # fmt: skip
 
-EMPTY_COLOR = "#d9d9d9"
-"""Colour of the cells of a map without cases."""
-
 MAX_ROW_TITLE = 0.35
 """Part of the width of a column of panels up to which the title of the row stands in each."""
 
@@ -956,7 +957,7 @@ def draw_quantiles(
         if across is not None:
             below = figure.add_subplot(grid[1, place])
             set_title(below, f"mean of {title}")
-            draw_map(figure, below, histograms[i], metric.scale)
+            draw_mean(figure, below, histograms[i], metric.scale)
             for label, best in table.answers:
                 if y_axis is not None and (row := best.row):
                     x, y = row.point[x_axis.key], row.point[y_axis.key]
@@ -1001,22 +1002,98 @@ def set_bin_axis(axes: Axes, which: str, bins: Bins, is_labelled: bool = True) -
     set_axis(axes, which, label, bins.edges[0], bins.edges[-1], bins.is_log)
 
 
-def draw_map(figure: Figure, axes: Axes, histogram: Histogram, factor: float) -> None:
+def draw_mean(figure: Figure, axes: Axes, histogram: Histogram, factor: float) -> None:
     """Draw the mean of a metric over two swept keys, with a colour bar."""
-    assert histogram.across is not None, "a map has two axes"
-    x, y = histogram.along.edges, histogram.across.edges
-    values = np.ma.masked_invalid(histogram.map * factor)
-    mesh = axes.pcolormesh(x, y, values, cmap="viridis", rasterized=True)
-    if np.ma.is_masked(values):
-        axes.set_facecolor(EMPTY_COLOR)
-        axes.plot([], [], "s", color=EMPTY_COLOR, markersize=9, label="no case with a value")
-    set_bin_axis(axes, "x", histogram.along)
-    set_bin_axis(axes, "y", histogram.across)
-    axes.grid(visible=False)
+    along, across = histogram.along, histogram.across
+    assert across is not None, "a map has two axes"
+    values = histogram.map * factor
+    nowhere = np.zeros(values.shape, dtype=bool)
+    mesh = metric_map.draw_cells(axes, along.edges, across.edges, values, nowhere)
+    set_bin_axis(axes, "x", along)
+    set_bin_axis(axes, "y", across)
     bar = figure.colorbar(
         mesh, cax=axes.inset_axes((1.015, 0.0, 0.025 * column_count(axes), 1.0))
     )
     set_colorbar_ticks(bar)
+
+
+# Two swept keys on a grid: a map of one metric, with its limit and the best case.
+
+
+MIN_SMOOTH_VALUES = 12
+"""Least number of values of each key from which on a map is interpolated."""
+
+
+def draw_map(table: Table, ax: Axes | None = None) -> Figure | None:
+    """Return the figure of a metric over two swept keys; None for another sweep.
+
+    The metric is that by which the best case is chosen, or else that of the first check.
+    """
+    keys = map_keys(table)
+    if keys is None or (metric := map_metric(table)) is None:
+        return None
+    along, across = keys
+    x, y = (np.unique(np.array(axis.values, dtype=float)) for axis in keys)
+    values, excess = (np.full((len(y), len(x)), missing) for missing in (nan, inf))
+    own = table.approaches[0]
+    for batch in as_batches(table.rows):
+        if batch.approach == own:
+            place = (
+                np.searchsorted(y, batch.points[across.key]),
+                np.searchsorted(x, batch.points[along.key]),
+            )
+            is_ok = batch.status == STATUSES.index(OK)
+            values[place] = np.where(is_ok, metric.scale * batch.metrics[metric.name], nan)
+            excess[place] = excess_of(batch, table.scenario.checks).max(axis=0)
+    figure, grid = style.panel_grid(1, 1, metric_map.HEIGHT, ax)
+    axes = ax or figure.add_subplot(grid[0, 0])
+    is_log = [axis.range.is_log or spans_decade(axis.values) for axis in keys]
+    edges = edges_between(x, is_log[0]), edges_between(y, is_log[1])
+    is_smooth = min(values.shape) >= MIN_SMOOTH_VALUES and np.isfinite([values, excess]).all()
+    ends = (x, y) if is_smooth else edges
+    for which, axis, end, log in zip("xy", keys, ends, is_log, strict=True):
+        set_axis(axes, which, axis_label(axis), end[0], end[-1], log)
+    if is_smooth:
+        drawn = metric_map.draw_levels(axes, x, y, values, excess)
+    else:
+        drawn = metric_map.draw_cells(axes, *edges, values, excess > 0.0)
+    metric_map.add_bar(axes, drawn, metric.symbol)
+    for name, best in table.answers:
+        if best.row:
+            _draw_best(axes, name, best, table, *(best.row.point[axis.key] for axis in keys))
+    checks, ranges = table.scenario.checks, format_metric_ranges(table.tallies[own].ends)
+    results = f"checks {', '.join(map(str, checks))}; {ranges}" if checks else ranges
+    heading = style.table_heading(table, of_stroke=True, results=results)
+    style.finish_figure(figure, heading, ax=ax)
+    return figure
+
+
+def map_keys(table: Table) -> tuple[Axis, Axis] | None:
+    """Return the two keys of a grid of numbers that are drawn as a map, or None.
+
+    Quantiles have maps of their own.
+    """
+    several = [axis for axis in table.axes if len(axis.values) > 1]
+    if len(several) != 2 or table.jumps is not None or needs_quantiles(table):
+        return None
+    if any(
+        axis.group or axis.key in TEXT_KEYS or len(axis.values) < MIN_RANGE for axis in several
+    ):
+        return None
+    several.sort(key=lambda axis: axis is not abscissa(table.axes))
+    return several[0], several[1]
+
+
+def map_metric(table: Table) -> PlottedMetric | None:
+    """Return the metric of a map: what is best, or what is checked, or T_a, or the stroke."""
+    tally = table.own_tally
+    if tally is None:
+        return None
+    asked = [table.best.objective] if table.best else []
+    asked += [check.metric for check in table.scenario.checks]
+    names = (name for name in (*asked, "T_a", PEAK_STROKE) if name in tally.ends)
+    name = next(names, None)
+    return None if name is None else plotted(name, tally.ends[name][1])
 
 
 # Histograms of a metric along a swept key, updated block by block.
@@ -1135,7 +1212,7 @@ class Bins:
             ordered = values if isinstance(values, EvenlySpaced) else sorted({*values})
             if len(ordered) <= MAX_SINGLE_VALUES:
                 centers, is_log = np.array(ordered, dtype=float), spans_decade(ordered)
-                return cls(axis, centers, _edges_between(centers, is_log), centers, is_log)
+                return cls(axis, centers, edges_between(centers, is_log), centers, is_log)
             edges, is_log = _bin_edges(ordered[0], ordered[-1], MAX_BINS)
             edges = _drop_empty_bins(edges, ordered)
         centers = np.sqrt(edges[1:] * edges[:-1]) if is_log else (edges[1:] + edges[:-1]) / 2
@@ -1155,7 +1232,7 @@ class Bins:
         return np.searchsorted(self.edges[1:-1], values, side="right")
 
 
-def _edges_between(centers: Floats, is_log: bool) -> Floats:
+def edges_between(centers: Floats, is_log: bool) -> Floats:
     """Return edges halfway between values on their axis, with outer bins symmetric."""
     if len(centers) == 1:
         return np.array([centers[0] - 0.5, centers[0] + 0.5])

@@ -597,6 +597,12 @@ SWEEP = Kind(
             fits_axes=True,
         ),
         Picture(
+            "map",
+            "sweep.draw_map",
+            "A metric over the two swept keys, where a limit is exceeded, and the best case",
+            fits_axes=True,
+        ),
+        Picture(
             "srs",
             "sweep.draw_spectra",
             "Shock response spectra: peak acceleration and stroke over the natural frequency",

@@ -782,30 +782,40 @@ def seeds_beyond(row: Row) -> int:
     return sum(bool(count) for count in values)
 
 
-def misses_of(batch: Batch, checks: Iterable[Check]) -> NDArray[np.float64]:
-    """Return by how much each case fails the stroke limit, and then each check.
+def excess_of(batch: Batch, checks: Iterable[Check]) -> NDArray[np.float64]:
+    """Return by how much each case exceeds the stroke limit, and then the limit of each check.
 
-    The amounts, of shape (1 + checks, n), are relative to the limits; that of the stroke is the
-    largest of the seeds, those of checks are of the values that they judge. They are infinite
-    if the case has no numbers or a value is unknown, and minus infinity for a check that the
-    case keeps, or that does not apply to it.
+    The amounts, of shape (1 + checks, n), are relative to the limits, and not positive where
+    these are kept; that of the stroke is the largest of the seeds, those of checks are of the
+    values that they judge. They are infinite if the case has no numbers or a value is unknown,
+    and minus infinity for a limit that does not apply to the case.
     """
-    exceeds = np.nan_to_num(batch.metrics["violations"]) > 0
     used = batch.metrics[STROKE_USED].copy()
     largest = [batch.row(i).largest(STROKE_USED) for i in batch.over]
     used[[*batch.over]] = np.array(largest, dtype=float)  # None becomes NaN
-    beyond = np.maximum(np.nan_to_num(used) - 1.0, 0.0)
-    misses = [np.where(exceeds, beyond, -np.inf)]
+    excess = [np.where(np.isnan(used), -np.inf, used - 1.0)]
     for check in checks:
-        values = judged_column(check, batch)
         applies = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
-        amount = check.excess(values) / (abs(check.limit) or 1.0)
-        amount = np.where(np.isnan(amount), np.inf, amount)
-        misses.append(np.where(applies & ~check.holds(values), amount, -np.inf))
+        amount = check.excess(judged_column(check, batch)) / (abs(check.limit) or 1.0)
+        excess.append(np.where(applies, np.where(np.isnan(amount), np.inf, amount), -np.inf))
+    return np.where(batch.status == STATUSES.index(OK), excess, np.inf)
+
+
+def misses_of(batch: Batch, checks: Sequence[Check]) -> NDArray[np.float64]:
+    """Return by how much each case fails the stroke limit, and then each check.
+
+    The amounts are those of `excess_of`, but minus infinity for a limit that the case keeps.
+    """
+    excess = excess_of(batch, checks)
+    fails = [np.nan_to_num(batch.metrics["violations"]) > 0]
+    for check, amount in zip(checks, excess[1:], strict=True):
+        at_limit = (amount == 0.0) & (not check.holds(check.limit))
+        fails.append((amount > 0.0) | at_limit)
+    misses = np.where(fails, np.maximum(excess, 0.0), -np.inf)
     return np.where(batch.status == STATUSES.index(OK), misses, np.inf)
 
 
-def is_admissible(batch: Batch, checks: Iterable[Check]) -> NDArray[np.bool_]:
+def is_admissible(batch: Batch, checks: Sequence[Check]) -> NDArray[np.bool_]:
     """Return which cases have numbers, stay within the stroke limit and keep all checks."""
     return np.asarray(misses_of(batch, checks).max(axis=0) == -np.inf)
 
