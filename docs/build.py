@@ -26,6 +26,7 @@ ADDITIONS = "style.css", "iframe-worker.js"
 LINK = re.compile(r"(?<=\]\()(?!https?:|#)([^)#]+)")
 CODE = re.compile(r"(?<!<pre>)<code>([^<]+)</code>")
 WORD = re.compile(r"(?<!\S)\S{1,40}(?!\S)")
+LONG_NAME = re.compile(r"(?<!\S)\w{41,}(?!\w)")
 
 
 def write_sources(folder: Path) -> None:
@@ -59,8 +60,12 @@ def on_page_content(html: str, **_: object) -> str:
 
 
 def mark_words(code: re.Match[str]) -> str:
-    """Return inline code with its words marked; in tables a bar had to be escaped."""
+    """Return inline code with its words marked; in tables a bar had to be escaped.
+
+    The long name of a test may break behind an underscore.
+    """
     text = WORD.sub(r"<span>\g<0></span>", code[1].replace("\\|", "|"))
+    text = LONG_NAME.sub(lambda name: name[0].replace("_", "_<wbr>"), text)
     return f"<code>{text}</code>"
 
 
