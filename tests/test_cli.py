@@ -16,6 +16,7 @@ from typer.main import get_command
 
 from drysim import __version__, output
 from drysim.cli import COMMANDS, app
+from drysim.errors import SolverError
 from drysim.manual import pages
 
 RUN_FILES = ["drysim.json", "events.csv", "response.csv", "response.png", "scenario.yaml"]
@@ -324,7 +325,7 @@ def test_dry_run_finds_the_same_faults(drysim, seat):
         (["rum", "seat.yaml"], "Did you mean 'run'"),
         (["run", "seat.yaml", "--strct"], "--strict"),
         (["run"], "Missing argument"),
-        (["run", "a.yaml", "b.yaml"], "unexpected extra argument"),
+        (["fit", "a.yaml", "b.yaml"], "unexpected extra argument"),
         (
             ["validate", "--format", "xml", "seat.yaml"],
             "'xml' is not one of",
@@ -476,6 +477,123 @@ def test_closed_streams_change_nothing_but_what_is_heard(seat, closed):
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert (seat.parent / "out/seat/response.csv").exists()
+
+
+# several scenarios
+
+
+@pytest.fixture
+def three(seat):
+    """Write three scenarios: without checks, with one that holds, with one that fails."""
+    texts = {
+        "quiet": "",
+        "holds": "checks: [T_a < 9]\n",
+        "fails": "checks: [T_a < 0.1, T_a > 0]\n",
+    }
+    for name, checks in texts.items():
+        text = seat.read_text().replace("name: seat", f"name: {name}") + checks
+        seat.with_name(f"{name}.yaml").write_text(text)
+    seat.unlink()
+    return [seat.with_name(f"{name}.yaml") for name in texts]
+
+
+def test_several_scenarios_have_a_folder_and_a_line_each_and_the_worst_exit_code(drysim, three):
+    code, out, err = drysim("run", *three, "--no-plots")
+    assert (code, err) == (1, "")
+    assert out.splitlines()[:3] == [
+        "ok: quiet: no checks; out/quiet",
+        "ok: holds: 1 check holds; out/holds",
+        "fails: fails: 1 of 2 checks fails; out/fails",
+    ]
+    assert out.count("✗ fails") == 1
+    codes = {}
+    for file in three:
+        folder = file.parent / "out" / file.stem
+        codes[file.stem] = json.loads((folder / "drysim.json").read_text())["exit_code"]
+    assert codes == {"quiet": 0, "holds": 0, "fails": 1}
+    assert drysim("run", *three[:2], "--no-plots", "--quiet") == (0, "", "")
+
+
+def test_several_scenarios_are_swept(drysim, three):
+    words = ["--over", "friction.kinetic=5,15", "--no-plots"]
+    for command in ("run", "sweep"):
+        code, out, _ = drysim(command, *three, *words)
+        assert code == 1
+        assert "ok: holds: 1 check holds; out/holds" in out
+        assert "fails: fails: 1 of 2 checks fails; out/fails" in out
+    assert (three[0].parent / "out/quiet/transmissibility.csv").exists()
+
+
+def test_out_of_several_scenarios_holds_their_folders(drysim, three):
+    assert drysim("run", *three, "--no-plots", "-q", "--out", "results").code == 1
+    folders = sorted(path.name for path in three[0].parent.joinpath("results").iterdir())
+    assert folders == ["fails", "holds", "quiet"]
+
+
+def test_nothing_is_written_where_one_of_several_scenarios_is_faulty(drysim, three):
+    for file in three[1:]:
+        file.write_text(file.read_text().replace("stiffness", "stifness"))
+    code, out, err = drysim("run", *three)
+    assert (code, out) == (2, "")
+    assert all(f"error: {file}: 1 error" in err for file in three[1:])
+    assert not three[0].parent.joinpath("out").exists()
+
+
+def test_nothing_is_written_where_one_of_several_folders_is_not_of_drysim(drysim, three):
+    mine = three[2].parent / "out/fails/notes.txt"
+    mine.parent.mkdir(parents=True)
+    mine.write_text("mine")
+    code, _, err = drysim("run", *three)
+    assert (code, "was not written by drysim" in err) == (2, True)
+    assert [path.name for path in mine.parents[1].iterdir()] == ["fails"]
+
+
+def test_scenarios_of_one_name_are_refused_together(drysim, three):
+    code, _, err = drysim("run", three[0], three[0])
+    assert code == 2
+    assert "several scenarios are named quiet" in err
+    assert not three[0].parent.joinpath("out").exists()
+
+
+def test_several_results_and_plans_are_one_json_object(drysim, three):
+    answer = drysim("run", *three, "--no-plots", "--json")
+    results = json.loads(answer.out)["results"]
+    assert [each["scenario"]["name"] for each in results] == ["quiet", "holds", "fails"]
+    assert [each["exit_code"] for each in results] == [0, 0, 1]
+    plans = json.loads(drysim("run", *three, "--dry-run", "--json").out)["plans"]
+    assert [each["folder"] for each in plans] == ["out/quiet", "out/holds", "out/fails"]
+    shown = drysim("run", *three, "--dry-run").out
+    assert [line for line in shown.splitlines() if line.startswith("output folder")] == [
+        f"output folder: out/{name}" for name in ("quiet", "holds", "fails")
+    ]
+
+
+def test_reasons_and_warnings_of_several_scenarios_name_theirs(drysim, three):
+    answer = drysim("run", *three, "--no-plots", "-q", "--set", "stroke.limit=1 mm", "--strict")
+    assert answer.code == 1
+    lines = answer.err.splitlines()
+    assert any(line.startswith("check failed: fails: T_a < 0.1, with ") for line in lines)
+    assert any(line.startswith("warning: quiet: the stroke limit of 1 mm") for line in lines)
+
+
+def test_numerics_that_fail_in_one_of_several_scenarios_stop_no_other(
+    drysim, three, monkeypatch
+):
+    from drysim.study import run
+
+    whole = run.solve
+
+    def solve(case):
+        if case.scenario.name == "holds":
+            raise SolverError("the numerics failed at t = 1 s")
+        return whole(case)
+
+    monkeypatch.setattr(run, "solve", solve)
+    code, out, err = drysim("run", *three, "--no-plots")
+    assert code == 3
+    assert err == "error: holds: the numerics failed at t = 1 s\n"
+    assert "ok: quiet" in out
+    assert "fails: fails" in out
 
 
 # validate, schema, init, doctor

@@ -21,13 +21,14 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from drysim.cli import options
-from drysim.cli.job import Common, Job, Parts, Work, carry_out, study_name
+from drysim.cli.job import Common, Job, Parts, Work, carry_out, carry_out_each, study_name
 from drysim.cli.process import OutputMode, Plan, tolerate_closed_pipe
 from drysim.errors import (
     EXIT_CHECK_FAILED,
     EXIT_NOTHING_COMPUTED,
     EXIT_NUMERICS_FAILED,
     EXIT_OK,
+    DrysimError,
     UsageError,
     WarningMessage,
 )
@@ -129,7 +130,7 @@ def show_gallery(part: str) -> int:
 
 def run(
     context: typer.Context,
-    scenario: options.File,
+    scenarios: options.Files,
     changes: options.Changes = None,
     over: options.Over = None,
     out: options.Out = None,
@@ -146,17 +147,40 @@ def run(
 ) -> int:
     """Compute one case, for one or many seeds: motion, metrics."""
     if over:
-        return sweep(context, scenario, changes, over, out, approach, workers, resume, dry_run)
+        return sweep(context, scenarios, changes, over, out, approach, workers, resume, dry_run)
     from drysim.scenario.load import load
     from drysim.study.preparation import prepare
     from drysim.study.statistics import max_seeds
 
-    common = Common.of(context)
-    case = prepare(load(scenario, options.overrides(changes, approach)), interval=True)
-    if max_seeds(case.scenario) > 1:
-        return carry_out(seeds_job(case, workers, resume), common)
-    check_single_seed_options(workers, resume)
-    return carry_out(run_job(case, common.mode), common)
+    common, overrides = Common.of(context), options.overrides(changes, approach)
+
+    def job_of(file: str) -> Job:
+        case = prepare(load(file, overrides), interval=True)
+        if max_seeds(case.scenario) > 1:
+            return seeds_job(case, workers, resume)
+        check_single_seed_options(workers, resume)
+        return run_job(case, common.mode)
+
+    return carry_out_each(jobs_of(scenarios, job_of), common)
+
+
+def jobs_of(scenarios: Sequence[str], job_of: Callable[[str], Job]) -> list[Job]:
+    """Return the job of each scenario file, or show the faults of all and raise the last."""
+    from drysim.console.problems import show_error
+    from drysim.console.terminal import print_stderr
+
+    jobs, faults = [], []
+    for file in scenarios:
+        try:
+            jobs.append(job_of(file))
+        except DrysimError as fault:
+            faults.append(fault)
+    for earlier in faults[:-1]:
+        show_error(earlier)
+        print_stderr("")
+    if faults:
+        raise faults[-1]
+    return jobs
 
 
 def run_job(case: Case, mode: OutputMode) -> Job:
@@ -231,7 +255,7 @@ def check_single_seed_options(workers: int | None, resume: bool) -> None:
 
 def sweep(
     context: typer.Context,
-    scenario: options.File,
+    scenarios: options.Files,
     changes: options.Changes = None,
     over: options.Over = None,
     out: options.Out = None,
@@ -255,24 +279,28 @@ def sweep(
     from drysim.scenario.load import load
     from drysim.study.preparation import prepare
 
-    common = Common.of(context)
-    loaded = load(scenario, options.overrides(changes, approach, over))
-    case = prepare(loaded, swept=True, interval=True)
-    if form == "parquet":
-        from drysim.results.sweep import require_pyarrow
-
-        require_pyarrow()
-    if case.scenario.static_interval:
-        if (cluster or resume) and not dry_run:
-            option = "--cluster" if cluster else "--resume"
-            hint = "omit the option, or give one value"
-            raise UsageError(f"{option} does not apply to an interval of static_ratio", hint)
-        return carry_out(swept_interval_job(case, workers, form), common)
-    from drysim.cli import work
-
+    common, overrides = Common.of(context), options.overrides(changes, approach, over)
     certificates = tls_ca_file, tls_cert, tls_key
-    executor = partial(work.case_executor, cluster, workers, common.mode, certificates)
-    return carry_out(sweep_job(case, executor, resume, form), common)
+
+    def job_of(file: str) -> Job:
+        case = prepare(load(file, overrides), swept=True, interval=True)
+        if form == "parquet":
+            from drysim.results.sweep import require_pyarrow
+
+            require_pyarrow()
+        if case.scenario.static_interval:
+            if (cluster or resume) and not dry_run:
+                option = "--cluster" if cluster else "--resume"
+                hint = "omit the option, or give one value"
+                sentence = f"{option} does not apply to an interval of static_ratio"
+                raise UsageError(sentence, hint)
+            return swept_interval_job(case, workers, form)
+        from drysim.cli import work
+
+        executor = partial(work.case_executor, cluster, workers, common.mode, certificates)
+        return sweep_job(case, executor, resume, form)
+
+    return carry_out_each(jobs_of(scenarios, job_of), common)
 
 
 def sweep_job(case: Case, executor: Callable[[], Any], resume: bool, form: str) -> Job:

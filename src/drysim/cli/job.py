@@ -1,19 +1,21 @@
 """A command that computes, as a job: `carry_out` takes it from its plan to its exit code.
 
 Check the output folder, show the plan (`--dry-run`) or lock the folder, solve, write, show. A
-job says what differs between commands.
+job says what differs between commands; `carry_out_each` takes several.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim.cli import process
-from drysim.errors import EXIT_INTERRUPTED
+from drysim.cli.process import Done
+from drysim.errors import EXIT_INTERRUPTED, EXIT_OK, DrysimError, UsageError
 
 if TYPE_CHECKING:
     import typer
@@ -39,7 +41,8 @@ class Common:
         The command line, quoted for a shell.
     mode : OutputMode
     out : Path, optional
-        The output folder; default: `out/` and the name of the job.
+        The output folder, of several jobs the folder that holds theirs; default: `out/` and
+        the name of the job.
     dry_run, strict, plots, report : bool
     picture_format : str
     """
@@ -151,20 +154,79 @@ class Job:
 
 
 def carry_out(job: Job, common: Common) -> int:
-    """Carry out a job; return its exit code.
+    """Carry out a job; return its exit code; errors as of `carry_out_each`."""
+    return carry_out_each([job], common)
+
+
+def carry_out_each(jobs: Sequence[Job], common: Common) -> int:
+    """Carry out jobs one after another, each into its own folder; return the worst exit code.
+
+    Where the numerics of one of several jobs fail, the others are carried out.
 
     Raises
     ------
     OutputError
-        The folder was not written by drysim, or cannot be written; nothing was computed.
+        A folder was not written by drysim, or cannot be written; nothing was computed.
+    UsageError
+        Two jobs have the same folder.
     """
+    from drysim import output
+
+    mode, folders = common.mode, output_folders(jobs, common.out)
+    for folder in folders:
+        output.check_writable(folder)
+    if common.dry_run:
+        return mode.plan([job.plan(folder) for job, folder in zip(jobs, folders, strict=True)])
+    worst, contents = EXIT_OK, []
+    for job, folder in zip(jobs, folders, strict=True):
+        try:
+            done = compute(job, folder, common)
+        except DrysimError as fault:
+            if len(jobs) == 1:
+                raise
+            show_fault(job, fault)
+            worst = max(worst, fault.exit_code)
+            continue
+        worst = max(worst, done.code)
+        contents.append(done.fields)
+        mode.report(done, job.name if len(jobs) > 1 else "")
+        if len(jobs) == 1 and not (mode.as_json or mode.quiet):
+            job.after(done.result, folder)
+        if done.code == EXIT_INTERRUPTED:
+            break
+    if len(jobs) > 1 and mode.as_json:
+        mode.print_json({"results": contents}, worst)
+    return worst
+
+
+def output_folders(jobs: Sequence[Job], out: Path | None) -> list[Path]:
+    """Return the output folder of each job: `--out`, which of several jobs holds theirs."""
+    if len(jobs) == 1:
+        return [out or Path("out", jobs[0].name)]
+    names = Counter(job.name for job in jobs)
+    twice = [name for name, count in names.items() if count > 1]
+    if twice:
+        raise UsageError(
+            f"several scenarios are named {twice[0]}, and each writes a folder of its name",
+            "name each file once, give each its own `name`, or use one command and --out each",
+        )
+    return [(out or Path("out")) / job.name for job in jobs]
+
+
+def show_fault(job: Job, fault: DrysimError) -> None:
+    """Show why one of several jobs failed."""
+    from drysim.console.problems import show_error
+
+    fault.message = f"{job.name}: {fault.message}"
+    show_error(fault)
+
+
+def compute(job: Job, folder: Path, common: Common) -> Done:
+    """Solve a job and write its folder."""
     from drysim import output
     from drysim.output.folder import LockedFolder, stored_kind
 
-    mode, folder = common.mode, common.out or Path("out", job.name)
-    output.check_writable(folder)
-    if common.dry_run:
-        return mode.plan(job.plan(folder))
+    mode = common.mode
     replaced = stored_kind(folder)
     if replaced not in ("", QUICK_KIND, job.kind):
         mode.print_loss(f"the {replaced} in {folder} is replaced; use --out to keep it")
@@ -212,10 +274,7 @@ def carry_out(job: Job, common: Common) -> int:
         is_all = kept == job.total and what != "design"
         show_interrupted(kept, what, folder, is_all=is_all)
     written = place.partial if isinstance(place, LockedFolder) and not complete else folder
-    mode.report(fields, result, written, code)
-    if not (mode.as_json or mode.quiet):
-        job.after(result, folder)
-    return code
+    return Done(result, fields, written, code)
 
 
 @contextmanager

@@ -101,7 +101,13 @@ Over = Annotated[
 ]
 Out = Annotated[
     Path | None,
-    typer.Option("--out", "-o", metavar="DIR", help="Output folder; default: out/<name>."),
+    typer.Option(
+        "--out",
+        "-o",
+        metavar="DIR",
+        help="Output folder, or of several scenarios the one above theirs; default: "
+        "out/<name>.",
+    ),
 ]
 NamedOut = Annotated[
     Path | None,

@@ -14,6 +14,7 @@ import signal
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from io import TextIOWrapper
 from pathlib import Path
 from threading import Event, Thread
@@ -242,43 +243,61 @@ class Plan(NamedTuple):
     warnings: Sequence[WarningMessage]
 
 
+class Done(NamedTuple):
+    """A job that was carried out."""
+
+    result: AnyResult
+    fields: dict[str, Any]
+    """The content of drysim.json."""
+    folder: Path
+    """Holds the files."""
+    code: int
+    """The exit code."""
+
+
 class OutputMode(NamedTuple):
     """The effect of `--json` and `--quiet`; errors are shown in any case."""
 
     as_json: bool
     quiet: bool
 
-    def report(
-        self, fields: Mapping[str, Any], result: AnyResult, folder: Path, code: int
-    ) -> int:
-        """Show a result in this mode; return the exit code.
+    def report(self, done: Done, name: str = "") -> None:
+        """Show a result in this mode.
 
         Parameters
         ----------
-        fields : mapping
-            The content of drysim.json, which `--json` prints.
-        result : AnyResult
-        folder : Path
-            The folder that holds the files.
-        code : int
-            The exit code of the work.
+        done : Done
+        name : str, optional
+            What it is called among several results, each of which has a line; `--json` prints
+            them all at the end.
         """
-        from drysim.console.summary import show_summary
+        from drysim.console.summary import show_brief, show_summary, show_warnings
         from drysim.results import kind_of
 
-        with tolerate_closed_pipe(folder, code):
+        result, code = done.result, done.code
+        warnings = name_warnings(result.warnings, name)
+        with tolerate_closed_pipe(done.folder, code):
             if self.as_json:
-                self._print_json(fields, result.warnings)
-                return code
+                if not name:
+                    self._print_json(done.fields, warnings)
+                elif not self.quiet:
+                    show_warnings(warnings)
+                return
             summary = kind_of(result).summary(result)
             if self.quiet:
                 if code not in (EXIT_OK, EXIT_INTERRUPTED):  # already reported
-                    explain_exit_code(summary.checks, result.warnings)
+                    explain_exit_code(summary.checks, warnings, name)
+            elif name and code != EXIT_INTERRUPTED:
+                show_brief(name, summary, done.folder, warnings, code)
             elif code != EXIT_INTERRUPTED:
-                show_summary(summary, folder, result.warnings)
+                show_summary(summary, done.folder, warnings)
             elif getattr(result, "rows", True):
-                show_summary(summary, None, result.warnings)
-        return code
+                show_summary(summary, None, warnings)
+
+    def print_json(self, fields: Mapping[str, Any], code: int) -> None:
+        """Print the fields of several results, whose warnings were printed, as JSON."""
+        with tolerate_closed_pipe(Path(), code):
+            self._print_json(fields, ())
 
     def _print_json(
         self, fields: Mapping[str, Any], warnings: Sequence[WarningMessage]
@@ -291,23 +310,27 @@ class OutputMode(NamedTuple):
         if not self.quiet:
             show_warnings(warnings)
 
-    def plan(self, plan: Plan) -> int:
+    def plan(self, plans: Sequence[Plan]) -> int:
         """Show what a dry run would do, and that nothing was done."""
         from drysim.console.summary import show_warnings
         from drysim.console.terminal import print_stdout
         from drysim.study.doctor import describe_engine_limits
 
         limits = describe_engine_limits()
+        warnings = [warning for plan in plans for warning in plan.warnings]
         with tolerate_closed_pipe():
             if self.as_json:
-                self._print_json({"dry_run": True, **plan.fields}, plan.warnings)
+                several = {"plans": [plan.fields for plan in plans]}
+                fields = plans[0].fields if len(plans) == 1 else several
+                self._print_json({"dry_run": True, **fields}, warnings)
             elif not self.quiet:
-                print_stdout("\n".join(plan.sentences))
+                for plan in plans:
+                    print_stdout("\n".join(plan.sentences))
+                    print_stdout(f"output folder: {plan.fields['folder']}")
                 if limits:
                     print_stdout(f"engine: {limits}")
-                print_stdout(f"output folder: {plan.fields['folder']}")
                 print_stdout("dry run: nothing computed, nothing written")
-                show_warnings(plan.warnings)
+                show_warnings(warnings)
         return EXIT_OK
 
     def print_status(self, sentence: str) -> None:
@@ -341,17 +364,30 @@ class OutputMode(NamedTuple):
             yield locked
 
 
-def explain_exit_code(checks: Sequence[Judgement], warnings: Sequence[WarningMessage]) -> None:
-    """Print on stderr the reason for a nonzero exit code, in quiet mode."""
+def name_warnings(warnings: Sequence[WarningMessage], name: str) -> list[WarningMessage]:
+    """Return warnings that begin with the name of their result, if it has one."""
+    if not name:
+        return list(warnings)
+    return [replace(each, sentence=f"{name}: {each.sentence}") for each in warnings]
+
+
+def explain_exit_code(
+    checks: Sequence[Judgement], warnings: Sequence[WarningMessage], name: str = ""
+) -> None:
+    """Print on stderr the reason for a nonzero exit code, in quiet mode.
+
+    `name` is that of the result among several.
+    """
     from drysim.console.summary import show_warnings
     from drysim.console.terminal import print_stderr
 
+    where = f"{name}: " if name else ""
     failed = [check.sentence for check in checks if check.passed is False]
     for sentence in failed:
-        print_stderr(f"check failed: {sentence}")
+        print_stderr(f"check failed: {where}{sentence}")
     if failed:
         return
     for check in checks:
         if check.passed is None:
-            print_stderr(f"check skipped: {check.sentence}")
+            print_stderr(f"check skipped: {where}{check.sentence}")
     show_warnings(warnings)

@@ -51,6 +51,46 @@ def show_summary(
     show_warnings(warnings)
 
 
+def show_brief(
+    name: str, summary: Summary, folder: Path, warnings: Sequence[WarningMessage], code: int
+) -> None:
+    """Show one of several results: a line, checks that do not hold, and warnings.
+
+    Parameters
+    ----------
+    name : str
+    summary : Summary
+    folder : Path
+        Where the files were written.
+    warnings : sequence of WarningMessage
+    code : int
+        The exit code of this result.
+    """
+    console = stdout()
+    passed = [check.passed for check in summary.checks]
+    failed, skipped, every = passed.count(False), passed.count(None), len(passed)
+    parts = [count_checks(failed, every, "fails", "fail")] if failed else []
+    parts += [count_checks(skipped, every, "is skipped", "are skipped")] if skipped else []
+    held = count_checks(every, every, "holds", "hold") if every else "no checks"
+    parts = parts or [held]
+    if warnings:
+        parts.append(format_count(len(warnings), "warning"))
+    head = ("fails: ", "bold red") if code else ("ok: ", "green")
+    print_line(console, head, f"{name}: {', '.join(parts)}; {folder}")
+    print_notes(console, summary.faults)
+    for check in summary.checks:
+        if not check.passed:
+            mark, style = check_mark(check.passed)
+            print_labelled(console, mark, check.sentence, style)
+    show_warnings(warnings)
+
+
+def count_checks(count: int, every: int, singular: str, plural: str) -> str:
+    """Return e.g. `1 of 3 checks fails`, or `3 checks hold` of all."""
+    part = "" if count == every else f"{count} of "
+    return f"{part}{format_count(every, 'check')} {singular if count == 1 else plural}"
+
+
 def print_summary(console: AnyConsole, summary: Summary) -> None:
     """Print a summary."""
     for part in summary.parts:
