@@ -15,7 +15,7 @@ SECTIONS = {
     "start": ("symbols", "first-run"),
     "tasks": (
         "own-record", "fit", "sweep", "map", "design", "branches", "compare", "seat", "seeds",
-        "shock", "force", "report", "python",
+        "shock", "force", "stages", "report", "python",
     ),
     "reference": (
         "scenario", "keys", "approaches", "friction", "end-stops", "metrics", "files",
