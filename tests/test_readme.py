@@ -14,6 +14,7 @@ from types import SimpleNamespace
 import proof
 import pytest
 import readme
+from browser import browse, needs_browser
 from readme import CONSOLE, FILES, MADE, PART, PYTHON, README, TEXTS, made
 
 import drysim
@@ -199,15 +200,23 @@ def test_every_make_target_named_is_there():
     assert named <= there
 
 
-def test_site_holds_every_page_and_needs_no_network(tmp_path):
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Build the site; return its folder and what the program prints."""
     pytest.importorskip("mkdocs")
-    command = [sys.executable, str(ROOT / "docs" / "build.py"), str(tmp_path)]
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, str(ROOT / "docs" / "build.py"), str(folder)]
     done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr  # a broken link or anchor is an error
-    html = {file.relative_to(tmp_path): file.read_text() for file in tmp_path.rglob("*.html")}
+    return folder, done.stdout
+
+
+def test_site_holds_every_page_and_needs_no_network(site):
+    folder, printed = site
+    html = {file.relative_to(folder): file.read_text() for file in folder.rglob("*.html")}
     for page in pages().values():
         assert Path(page.section, f"{page.name}.html") in html
-    assert f"open {tmp_path.resolve() / 'index.html'}" in done.stdout
+    assert f"open {folder.resolve() / 'index.html'}" in printed
     for text in html.values():
         assert re.findall(r"<(?:script|link|img)[^>]*(?:src|href)=\"?https?:", text) == []
         # What is left of a list or table within a paragraph was not understood as one.
@@ -216,15 +225,24 @@ def test_site_holds_every_page_and_needs_no_network(tmp_path):
             == []
         )
     # A page opened from a file takes the index and the worker of the search as scripts.
-    assert "seat-on-em1" in (tmp_path / "search" / "search_index.js").read_text()
+    assert "seat-on-em1" in (folder / "search" / "search_index.js").read_text()
     page = html[Path("reference", "commands.html")]
     assert 'src="../assets/iframe-worker.js"' in page
-    assert (tmp_path / "assets" / "iframe-worker.js").is_file()
+    assert (folder / "assets" / "iframe-worker.js").is_file()
     # No key is torn apart, and titles have no Markdown.
     assert "<code><span>--picture-format</span> <span>png|svg|pdf</span></code>" in page
     navigation = re.findall(r"<nav .*?</nav>", page, re.S)
     assert navigation
     assert [text for text in navigation if "`" in text] == []
+
+
+@pytest.mark.slow
+@needs_browser
+def test_site_opened_from_files_finds_a_word_in_its_pages(site, tmp_path):
+    page = (site[0] / "index.html").as_uri()
+    shown = browse(f"{page}?q=coexisting", "--dump-dom", tmp_path)
+    results = re.findall(r'<a href="([^"]*)"[^>]*class="md-search-result__link', shown.stdout)
+    assert any(re.search(r"tasks/branches\.html", address) for address in results)
 
 
 # What `explain` knows.

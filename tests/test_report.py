@@ -7,11 +7,11 @@ import json
 import os
 import re
 import shutil
-import subprocess
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from browser import browse, needs_browser
 from seat import SEAT, write_records
 
 import drysim as package
@@ -712,37 +712,17 @@ def test_templates_are_loaded_for_a_report_only(seat, process):
 
 # In a browser.
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
-FLAGS = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-    "--enable-logging=stderr", "--virtual-time-budget=5000",
-)  # fmt: skip
-
 
 @pytest.mark.slow
-@pytest.mark.skipif(BROWSER is None, reason="needs chromium; install it to test in a browser")
+@needs_browser
 def test_browser_shows_the_page_without_complaint_and_prints_it(result, tmp_path):
     folder, _ = result(NOISY)
-    words = [BROWSER, *FLAGS, f"--user-data-dir={tmp_path / 'profile'}"]
     page = (folder / "report.html").as_uri()
-    environment = {**os.environ, "HOME": str(tmp_path)}
-    shown = subprocess.run(
-        [*words, "--dump-dom", page],
-        capture_output=True,
-        text=True,
-        env=environment,
-        timeout=60,
-    )
+    shown = browse(page, "--dump-dom", tmp_path)
     assert shown.stdout.count("<img") == 3
     assert "CONSOLE" not in shown.stderr  # where a violated policy is reported
     pdf = tmp_path / "page.pdf"
-    subprocess.run(
-        [*words, f"--print-to-pdf={pdf}", page],
-        capture_output=True,
-        env=environment,
-        timeout=60,
-    )
+    browse(page, f"--print-to-pdf={pdf}", tmp_path)
     content = pdf.read_bytes()
     assert content.startswith(b"%PDF")
     boxes = {*re.findall(rb"/MediaBox\s*\[([^\]]*)\]", content)}
