@@ -274,7 +274,9 @@ class SolverBase(Block):
     approach: ApproachName = EXACT
     """Name of the approach."""
     step: Annotated[float, Quantity("s", above=0)] | None = None
-    """Time step of the output grid [s]; not for a record, which has its own."""
+    """Time step of the output grid [s]; not for a record, which has its own. Required where
+    base motion is sampled (noise, sine sweep, shock) and by approaches of fixed steps; default
+    otherwise: a hundredth of the shortest period."""
 
     def member(self) -> Approach:
         """Return the approach with its options."""

@@ -200,7 +200,10 @@ def _read_scenario(
     else:
         for keys, sentence in unsupported_values(scenario):
             reading.fault(sentence, keys, at_key=True)
-    for keys, sentence in key_faults(values):
+    proposal = None
+    if scenario is not None and not (reading.problems or document.problems):
+        proposal = scenario.proposed_step
+    for keys, sentence in key_faults(values, proposal):
         reading.fault(sentence, keys, at_key=True, instead=KIND_KEY)
     return scenario
 

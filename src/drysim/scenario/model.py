@@ -11,6 +11,7 @@ validated, with the rules they can violate.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from math import pi, sqrt
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -64,6 +65,7 @@ from drysim.scenario.laws import (
 )
 from drysim.scenario.rules import KeyFault
 from drysim.scenario.sampling import SampledValues
+from drysim.scenario.steps import default_step, needs_step, proposed_step, step_required
 from drysim.scenario.validation import validation_faults
 from drysim.scenario.window import (
     common_period,
@@ -258,6 +260,27 @@ class Scenario(FromFile):
         """All frequencies of periodic base motion and normal force [Hz]."""
         return scene_frequencies(self.excitation, self.active_friction)
 
+    @property
+    def step(self) -> float | None:
+        """Step of the output grid [s], also where it is the default; None for a record."""
+        if self.solver.step is not None or self.excitation.has_own_step:
+            return self.solver.step
+        measure = self.measure
+        return default_step(
+            self.frequencies, self._f_0, measure.duration, measure.weights is not None
+        )
+
+    @property
+    def proposed_step(self) -> float | None:
+        """Step for a message where one is missing [s]."""
+        return proposed_step(self.excitation, self.frequencies, self._f_0)
+
+    @property
+    def _f_0(self) -> float:
+        """Natural frequency [Hz]."""
+        m, k_x, _ = self.oscillator.plant()
+        return sqrt(k_x / m) / (2 * pi)
+
     def at(self, point: Point) -> "Scenario":
         """Return the case at a point of the sweep, a scenario without sweep.
 
@@ -365,8 +388,19 @@ class Scenario(FromFile):
         return fields
 
     def variant(self, label: str) -> "Scenario":
-        """Return the scenario for an approach or a friction law, by name."""
-        return self.with_law(label) if label in LAWS else self.with_approach(label)
+        """Return the scenario for an approach or a friction law, by name.
+
+        Raises
+        ------
+        ScenarioError
+            As `with_law`; or if an approach of fixed steps lacks `solver.step`.
+        """
+        if label in LAWS:
+            return self.with_law(label)
+        if self.solver.step is None and needs_step(type(self.excitation), [label]):
+            sentence = step_required(self.proposed_step, f" for {label}")
+            raise self.error(sentence, ("solver", "step"))
+        return self.with_approach(label)
 
     def omissions(self, label: str) -> tuple[str, ...]:
         """Return a message for everything that an approach or a law leaves out."""
@@ -399,6 +433,8 @@ class Scenario(FromFile):
         solver = values["solver"] | {self.solver.approach: member}
         plain = {key: _without_tag(value, "approach") for key, value in solver.items()}
         values["solver"] = {key: value for key, value in plain.items() if value != {}}
+        if self.step is not None and not self.sweep and self.design is None:
+            values["solver"]["step"] = self.step  # a default may differ between cases
         if self.sweep and counts_in_periods(file_block := self.file_block("measure")):
             values["measure"] |= file_block  # the period may differ between cases
         elif self.measure.steady:

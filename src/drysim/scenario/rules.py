@@ -10,6 +10,7 @@ from drysim.excitation import EXCITATIONS
 from drysim.messages import format_value, name_hint
 from drysim.metrics.table import METRICS
 from drysim.scenario.keys import get_block, members_by_tag
+from drysim.scenario.steps import needs_step, step_required
 from drysim.yaml_document import KeyPath
 
 KeyFault = tuple[KeyPath, str]
@@ -19,12 +20,17 @@ EXCITATIONS_BY_KIND = members_by_tag(EXCITATIONS)
 """Excitation classes by kind."""
 
 
-def key_faults(document: Mapping[str, Any]) -> Iterator[KeyFault]:
-    """Yield the faults of rules on which keys may occur together."""
+def key_faults(
+    document: Mapping[str, Any], proposal: float | None = None
+) -> Iterator[KeyFault]:
+    """Yield the faults of rules on which keys may occur together.
+
+    `proposal` is a step for the message where one is missing.
+    """
     kind = get_block(document, "excitation").get("kind")
     solver, reference = get_block(document, "solver"), document.get("reference")
     if kind in EXCITATIONS_BY_KIND:
-        yield from _step_faults(solver, kind)
+        yield from _step_faults(solver, kind, reference, proposal)
         recorded = "normal_record" in get_block(document, "friction")
         yield from _measure_faults(get_block(document, "measure"), kind, recorded)
         yield from _until_faults(document)
@@ -43,12 +49,16 @@ def key_faults(document: Mapping[str, Any]) -> Iterator[KeyFault]:
         )
 
 
-def _step_faults(solver: Mapping[str, Any], kind: str) -> Iterator[KeyFault]:
-    """Yield the faults of solver.step: a record has its own step, others need one."""
-    has_own_step = EXCITATIONS_BY_KIND[kind].has_own_step
-    if not has_own_step and "step" not in solver:
-        yield ("solver", "step"), "solver.step is required: time step of the output grid [s]"
-    if has_own_step and "step" in solver:
+def _step_faults(
+    solver: Mapping[str, Any], kind: str, reference: object, proposal: float | None
+) -> Iterator[KeyFault]:
+    """Yield the faults of solver.step: a record has its own step, others may need one."""
+    excitation = EXCITATIONS_BY_KIND[kind]
+    names = (solver.get("approach", EXACT), reference)
+    approaches = [name for name in names if isinstance(name, str)]
+    if "step" not in solver and needs_step(excitation, approaches):
+        yield ("solver", "step"), step_required(proposal)
+    if excitation.has_own_step and "step" in solver:
         yield (
             ("solver", "step"),
             f"solver.step is not used: a {kind} has its own step; remove it",

@@ -801,7 +801,7 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
         warnings += [warning for warning in seen if not (may_freeze and warning.slug == FROZEN)]
     assert series is not None, "a channel is measured"
     n = min(map(len, channels.values()))
-    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
+    step = motion.dt if isinstance(motion, Samples) else scenario.step
     assert step is not None, "a scenario has a step unless a record defines it"
     begin = begin_of_motion(scenario, series)
     stride = series.dt / step

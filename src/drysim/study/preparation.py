@@ -212,7 +212,7 @@ def assemble(
     scenario: Scenario, motion: Sines | Samples, warnings: tuple[WarningMessage, ...] = ()
 ) -> Case:
     """Return the case of a scenario with this base motion; errors as in `prepare`."""
-    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
+    step = motion.dt if isinstance(motion, Samples) else scenario.step
     assert step is not None, "a scenario has a step unless a record defines it"
     repeats = scene_period(scenario) if scenario.measure.steady else None
     plant, law, start = scenario.oscillator.plant(), scenario.law(), scenario.start.state()
