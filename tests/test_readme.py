@@ -402,6 +402,10 @@ def test_speed_of_a_case_in_the_readme_is_that_of_the_page():
     assert f"| {time} a case |" in TEXTS["speed"]
 
 
+def test_pages_say_how_a_motion_is_solved_without_nicknames():
+    assert re.findall(r"(?<!/)\b(?:leap|leaps|march|marches|marched|marching)\b", ALL) == []
+
+
 PACKAGE = Path(drysim.__file__).parent
 SOURCE_FILE = re.compile(r"`((?:\w+/)*\w+\.(?:py|md))`")
 
