@@ -404,6 +404,9 @@ SMALL_PEAK = 0.05
 MAX_CHATTER = 0.01
 """Share of chatter above which an approach agrees in no case, whatever its metrics [-]."""
 
+CHATTER_DECIMALS = 4
+"""Decimals of a share of chatter that are shown: 1.00 % does not exceed 1 %."""
+
 
 class Judgement(NamedTuple):
     """How an approach and the reference compare at one point."""
@@ -422,7 +425,12 @@ class Judgement(NamedTuple):
         """Whether all judged metrics are within the tolerance, without chatter."""
         deviations = [] if self.T_a is None else [self.T_a[0], *self.others.values()]
         within = (abs(value) <= AGREEMENT_TOLERANCE for value in deviations)
-        return bool(deviations) and all(within) and self.chatter <= MAX_CHATTER
+        return bool(deviations) and all(within) and not self.chatters
+
+    @property
+    def chatters(self) -> bool:
+        """Whether the share of chatter, as it is shown, exceeds the largest allowed one."""
+        return round(self.chatter, CHATTER_DECIMALS) > MAX_CHATTER
 
 
 def judge(comparison: Comparison, name: str) -> Iterator[Judgement]:
@@ -469,7 +477,7 @@ def describe_others(judged: Sequence[Judgement], axes: Sequence[Axis]) -> tuple[
         else:
             within.append(text)
     worst = max(judged, key=lambda judgement: judgement.chatter)
-    if worst.chatter > MAX_CHATTER:
+    if worst.chatters:
         beyond.append(f"chatter {format_percent(worst.chatter)}{format_at(worst.row, axes)}")
     return "; ".join(beyond), ", ".join(within)
 
@@ -628,10 +636,21 @@ def describe_approach(
             f"{format_number(2 * response.dt, 's')}: where the mass should stick, the friction "
             f"force of {format_number(row.F_fk, 'N')} changes sign with each step"
         )
+    metric, deviation = largest_error(row, exact, deviation)
     if abs(deviation) > TARGET_ERROR:
         # With several seeds, the first one is computed.
-        T_a = exact.over.values["T_a"][0] if exact.over else exact.metrics["T_a"]
-        yield from describe_remedies(case, name, deviation, T_a)
+        value = exact.over.values[metric][0] if exact.over else exact.metrics[metric]
+        yield from describe_remedies(case, name, metric, deviation, value)
+
+
+def largest_error(row: Row, exact: Row, T_a_deviation: float) -> tuple[str, float]:
+    """Return the metric that a remedy has to correct, and its deviation in a case.
+
+    It is T_a, or SEAT where the scenario has a weighting and SEAT deviates more.
+    """
+    value, reference = (each.metrics.get("SEAT") for each in (row, exact))
+    seat = value / reference - 1.0 if value is not None and reference else 0.0
+    return ("SEAT", seat) if abs(seat) > abs(T_a_deviation) else ("T_a", T_a_deviation)
 
 
 def is_same_solution(scenario: Scenario, other: Scenario) -> bool:
@@ -673,31 +692,35 @@ def error_correlation(response: Response, exact: Response) -> float:
 
 
 def describe_remedies(
-    case: Scenario, name: str, deviation: float, T_a: float | None
+    case: Scenario, name: str, metric: str, deviation: float, value: float | None
 ) -> Iterator[str]:
-    """Yield whether half the step, or twice the sharpness, reduces the deviation."""
+    """Yield whether half the step, or twice the sharpness, reduces the deviation of a metric.
+
+    `value` is that of the reference.
+    """
     step, chosen = case.solver.step, case.solver.member()
     if step is not None:
-        finer = deviation_with(case, {"step": 0.5 * step}, T_a)
+        finer = deviation_with(case, {"step": 0.5 * step}, metric, value)
         if is_reduced(finer, deviation):
-            yield f"half the step of {name} leaves {format_deviation(finer)}"
+            left, whole = format_deviation(finer), format_deviation(deviation)
+            yield f"half the step of {name} leaves {metric} {left} instead of {whole}"
         elif finer is not None and abs(deviation) > AGREEMENT_TOLERANCE:
             halved, left = format_number(0.5 * step, "s"), format_deviation(finer)
-            yield f"a smaller step does not help {name}: {halved} leaves {left}"
+            yield f"a smaller step does not help {name}: {halved} leaves {metric} {left}"
     sharpness = getattr(chosen, "sharpness", None)
     if sharpness is not None:
         doubled = chosen.model_copy(update={"sharpness": 2 * sharpness})
-        sharper = deviation_with(case, {name: doubled}, T_a)
+        sharper = deviation_with(case, {name: doubled}, metric, value)
         if is_reduced(sharper, deviation):
             order = log2(abs(deviation / sharper)) if sharper else inf
             needed = sharpness * (abs(deviation) / TARGET_ERROR) ** (1 / order)
             yield (
                 f"{name} needs a sharpness of about {format_number(needed, 's/m', 2)} for an "
-                f"error of {format_percent(TARGET_ERROR)}"
+                f"error of {format_percent(TARGET_ERROR)} in {metric}"
             )
         elif sharper is not None and abs(deviation) > AGREEMENT_TOLERANCE:
             twice, left = format_number(2 * sharpness, "s/m"), format_deviation(sharper)
-            yield f"a sharper {name} does not help: {twice} leaves {left}"
+            yield f"a sharper {name} does not help: {twice} leaves {metric} {left}"
 
 
 def is_reduced(left: float | None, deviation: float) -> TypeGuard[float]:
@@ -706,14 +729,14 @@ def is_reduced(left: float | None, deviation: float) -> TypeGuard[float]:
 
 
 def deviation_with(
-    case: Scenario, change: Mapping[str, Any], T_a: float | None
+    case: Scenario, change: Mapping[str, Any], metric: str, reference: float | None
 ) -> float | None:
-    """Return the deviation of a case with changed solver options; None if it fails."""
+    """Return the deviation of a metric with changed solver options; None if it fails."""
     solver = case.solver.model_copy(update=dict(change))
     variant = case.model_copy(update={"solver": solver})
     (metrics, _, _), _ = try_measure(variant, MotionCache().of)
-    changed_T_a = metrics.get("T_a")
-    return changed_T_a / T_a - 1.0 if changed_T_a is not None and T_a else None
+    value = metrics.get(metric)
+    return value / reference - 1.0 if value is not None and reference else None
 
 
 def describe_unknown(comparison: Comparison, names: Sequence[str]) -> Iterator[str]:
