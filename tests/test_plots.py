@@ -941,7 +941,7 @@ def test_weighted_sweep_shows_SEAT_and_its_best_admissible_case(seat_table):
     (star,) = (line for line in panel.lines if line.get_marker() == "*")
     assert star.get_xdata() == [best.point["friction.kinetic"]]
     assert star.get_ydata() == [best.metrics["SEAT"]]
-    assert f"best: SEAT {best.metrics['SEAT']:.4g} at " in " ".join(legend(figure))
+    assert f"best case: least SEAT {best.metrics['SEAT']:.4g} at " in " ".join(legend(figure))
 
 
 def test_admissible_range_is_shaded_from_its_first_to_its_last_case(seat_table):
@@ -993,7 +993,7 @@ def test_sweep_of_two_keys_is_drawn_as_a_map_with_limit_and_best_case(tmp_path):
     assert [*star.get_xdata(), *star.get_ydata()] == [*table.best.row.point.values()]
     entries = legend(figure)
     assert entries[:2] == ["exceeds a limit", "limit"]
-    assert entries[2].startswith("best: SEAT ")
+    assert entries[2].startswith("best case: least SEAT ")
     heading = " ".join(text.get_text() for text in figure.texts)
     assert "checks SEAT < 0.5; " in heading
 
@@ -1047,7 +1047,7 @@ def test_best_design_over_all_records_is_marked_in_the_picture(tmp_path):
     stars = [line for line in figure.axes[-1].lines if line.get_marker() == "*"]
     found = [table.best.value, table.best.over_records.value]
     assert [star.get_ydata()[0] for star in stars] == found
-    assert f"all records: T_a {found[1]:.4g} at " in " ".join(legend(figure))
+    assert f"best for all records: least Tₐ {found[1]:.4g} at " in " ".join(legend(figure))
 
 
 def test_sweep_without_limits_has_no_best_case(tmp_path):
@@ -1155,7 +1155,7 @@ def test_best_case_of_many_keys_stays_within_the_legend(tmp_path):
     )  # fmt: skip
     sample = f"{{sample: {{kind: latin, count: 20, seed: 1, over: {{{over}}}}}}}"
     figure = draw_transmissibility(solved(seat(tmp_path, sample)))
-    assert "best: " in " ".join(legend(figure))
+    assert "best case: least " in " ".join(legend(figure))
     _, entries = rendered(figure)
     assert apart(entries)
     assert min(box.x0 for box in entries) >= 0

@@ -385,8 +385,8 @@ def compare(
     from drysim.study.run import count_cases
 
     common = Common.of(context)
-    words, file = split_compared(approaches, scenario)
-    names = parse_names(words)
+    arguments, file = split_compared(approaches, scenario)
+    names = parse_names(arguments)
     changed = options.overrides(changes, over=over)
     loaded = load(file or default_scenario(names, common.mode), changed)
     case = prepare(loaded.variant(names[-1]), compared=True, swept=True)
@@ -561,7 +561,7 @@ def regime_map(
 regime_map.__name__ = "map"  # the name of the command; in Python it is a built-in function
 
 
-def split_compared(words: list[str], option: str | None) -> tuple[list[str], str | None]:
+def split_compared(arguments: list[str], option: str | None) -> tuple[list[str], str | None]:
     """Return the words of a comparison without a scenario as their last, and the scenario.
 
     Raises
@@ -571,10 +571,10 @@ def split_compared(words: list[str], option: str | None) -> tuple[list[str], str
     """
     from drysim.study.compare import KNOWN_NAMES
 
-    *others, last = words
+    *others, last = arguments
     is_file = Path(last).suffix in SCENARIO_SUFFIXES or Path(last).is_file()
     if last in KNOWN_NAMES or not is_file:
-        return words, option
+        return arguments, option
     if option is not None:
         sentence = f"two scenarios are named: {last} and --scenario {option}"
         raise UsageError(sentence, "name one of them")

@@ -313,10 +313,12 @@ def overrides(
     """
     from drysim.yaml_document import OptionOverride
 
-    words = [*sweep_overrides(over or []), *(changes or [])]
+    assignments = [*sweep_overrides(over or []), *(changes or [])]
     if approach is not None:
-        words.append(OptionOverride(f"solver.approach={approach}", f"--approach {approach}"))
-    return words
+        assignments.append(
+            OptionOverride(f"solver.approach={approach}", f"--approach {approach}")
+        )
+    return assignments
 
 
 def sweep_overrides(over: list[str]) -> Iterator[str]:

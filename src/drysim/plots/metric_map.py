@@ -104,12 +104,12 @@ def draw_cells(
     """
     from matplotlib.collections import LineCollection, PolyCollection
 
-    known = np.isfinite(values)
+    has_value = np.isfinite(values)
     mesh = axes.pcolormesh(x, y, np.ma.masked_invalid(values), cmap="viridis", rasterized=True)
-    if not known.all():
+    if not has_value.all():
         axes.set_facecolor(MISSING_COLOR)
         axes.plot([], [], "s", color=MISSING_COLOR, markersize=9, label="no case with a value")
-    excluded = excluded & known
+    excluded = excluded & has_value
     if excluded.any():
         corners = [
             [(x[i + a], y[j + b]) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
@@ -118,7 +118,7 @@ def draw_cells(
         axes.add_collection(
             PolyCollection(corners, **EXCLUDED_STYLE, linewidth=0.0, alpha=0.5), autolim=False
         )
-        edges = LineCollection(limit_edges(x, y, known, excluded), **LIMIT_STYLE)
+        edges = LineCollection(limit_edges(x, y, has_value, excluded), **LIMIT_STYLE)
         axes.add_collection(edges, autolim=False)
     label_limit(axes, excluded)
     axes.grid(visible=False)
@@ -126,10 +126,10 @@ def draw_cells(
 
 
 def limit_edges(
-    x: Floats, y: Floats, known: NDArray[np.bool_], excluded: NDArray[np.bool_]
+    x: Floats, y: Floats, has_value: NDArray[np.bool_], excluded: NDArray[np.bool_]
 ) -> list[list[tuple[float, float]]]:
     """Return the edges between neighbouring known cells of which only one is excluded."""
-    side = np.where(excluded, 1, -1) * known
+    side = np.where(excluded, 1, -1) * has_value
     upright = np.argwhere(side[:, 1:] * side[:, :-1] < 0).tolist()
     level = np.argwhere(side[1:] * side[:-1] < 0).tolist()
     return [

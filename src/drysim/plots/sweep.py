@@ -609,18 +609,18 @@ def _mark_admissible(
         for i, j in response.runs(is_admissible(Batch.of(0, rows), table.scenario.checks)):
             if x[i] < x[j - 1]:
                 axes.axvspan(x[i], x[j - 1], **ADMISSIBLE_STYLE)
-    for name, best in table.answers:
+    for _, best in table.answers:
         if best.row and any(row.point == best.row.point for row in rows):
-            _draw_best(axes, name, best, table, view.x(best.row), metric.of(best.row))
+            _draw_best(axes, best, table, view.x(best.row), metric.of(best.row))
 
 
-def _draw_best(
-    axes: Axes, name: str, best: BestCase, table: Table, x: float, y: float | None
-) -> None:
+def _draw_best(axes: Axes, best: BestCase, table: Table, x: float, y: float | None) -> None:
     """Draw the best admissible case, or the best over all records, with its legend."""
     if best.row is None or y is None:
         return
-    label = f"{name}: {best.result} at {point_label(best.row.point, table.axes)}"
+    whose = "best case" if best.kind == "case" else "best for all records"
+    place = point_label(best.row.point, table.axes)
+    label = f"{whose}: least {wording.typeset(best.result)} at {place}"
     fill: Style = {"fillstyle": "none"} if best.kind == "design" else {}
     axes.plot([x], [y], **BEST_STYLE, **fill, label=label)
 
@@ -958,10 +958,10 @@ def draw_quantiles(
             below = figure.add_subplot(grid[1, place])
             set_title(below, f"mean of {title}")
             draw_mean(figure, below, histograms[i], metric.scale)
-            for label, best in table.answers:
+            for _, best in table.answers:
                 if y_axis is not None and (row := best.row):
                     x, y = row.point[x_axis.key], row.point[y_axis.key]
-                    _draw_best(below, label, best, table, x, y)
+                    _draw_best(below, best, table, x, y)
     heading = style.table_heading(table, of_stroke=_shows_stroke(metrics))
     style.finish_figure(figure, heading, ax=ax)
     return figure
@@ -1035,9 +1035,9 @@ def draw_map(table: Table, ax: Axes | None = None) -> Figure | None:
     along, across = keys
     x, y = (np.unique(np.array(axis.values, dtype=float)) for axis in keys)
     values, excess = (np.full((len(y), len(x)), missing) for missing in (nan, inf))
-    own = table.approaches[0]
+    approach = table.approaches[0]
     for batch in as_batches(table.rows):
-        if batch.approach == own:
+        if batch.approach == approach:
             place = (
                 np.searchsorted(y, batch.points[across.key]),
                 np.searchsorted(x, batch.points[along.key]),
@@ -1058,10 +1058,10 @@ def draw_map(table: Table, ax: Axes | None = None) -> Figure | None:
     else:
         drawn = metric_map.draw_cells(axes, *edges, values, excess > 0.0)
     metric_map.add_bar(axes, drawn, metric.symbol)
-    for name, best in table.answers:
+    for _, best in table.answers:
         if best.row:
-            _draw_best(axes, name, best, table, *(best.row.point[axis.key] for axis in keys))
-    checks, ranges = table.scenario.checks, format_metric_ranges(table.tallies[own].ends)
+            _draw_best(axes, best, table, *(best.row.point[axis.key] for axis in keys))
+    checks, ranges = table.scenario.checks, format_metric_ranges(table.tallies[approach].ends)
     results = f"checks {', '.join(map(str, checks))}; {ranges}" if checks else ranges
     heading = style.table_heading(table, of_stroke=True, results=results)
     style.finish_figure(figure, heading, ax=ax)
