@@ -219,7 +219,7 @@ def parabolas(
         means = {name: float(np.mean(several)) for name, several in values.items()}
         rows = [
             Row({"oscillator.mass": 60.0 + i}, "stick-slip", 10.0, 12.0, means,
-                over=OverSeeds(seeds, values=values))
+                over=OverSeeds(seeds, 1, values=values))
             for i in range(conditions)
         ]  # fmt: skip
         damping = {KEY: 100.0 * 30.0**share}

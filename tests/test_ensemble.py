@@ -12,11 +12,12 @@ from math import ceil
 import numpy as np
 import pytest
 from seat import rows_of
-from shown import show
+from shown import legend, show
 
 import drysim as package
 from drysim.console import terminal
 from drysim.errors import ScenarioError, SolverError
+from drysim.metrics.checks import Check
 from drysim.plots.ensemble import draw
 from drysim.results.ensemble import ensemble_rows
 from drysim.scenario.blocks import SEED_KEY
@@ -208,6 +209,7 @@ def test_checks_judge_the_mean_and_say_so(noisy):
 def test_checks_over_seeds_say_what_they_judge(drysim, noisy):
     seeds = run(load(noisy, {SEEDS: 20}))
     values = sorted(row.metrics["x_r_peak"] for row in seeds.rows)
+    worst = seeds.statistics["x_r_peak"].greatest[1]
     limit = 0.5 * sum(values[-4:-2])  # three seeds exceed it, the mean does not
     written = f"{1e3 * limit:.6f} mm"
     texts = [f"x_r_peak < {written}", f"x_r_peak p95 < {written}"]
@@ -221,13 +223,15 @@ def test_checks_over_seeds_say_what_they_judge(drysim, noisy):
         "mean of 20 seeds (3 fail)",
         f"✗ fails {texts[1]}, with",
         "p95 of 20 seeds (3 fail)",
-        f"✗ fails {texts[2]}: 3 of 20 seeds fail, worst with",
+        f"✗ fails {texts[2]}: 3 of 20 seeds fail, worst with "
+        f"{format_number(1e3 * values[-1], 'mm', 6)} for seed {worst}",
         f"✓ holds {texts[3]}, with {format_number(values[-1], 'm', 6)}, the worst of 20 seeds",
     ):
         assert sentence in said
     checks = json.loads((noisy.parent / "out/drysim.json").read_text("utf-8"))["checks"]
     assert [check["judges"] for check in checks] == ["mean", "p95", *["every seed"] * 2]
     assert [check.get("failed_seeds", 0) for check in checks] == [3, 3, 3, 0]
+    assert [check.get("worst_seed") for check in checks] == [None, None, worst, None]
     assert checks[2]["value"] == values[-1]
 
 
@@ -238,7 +242,10 @@ def test_check_over_seeds_judges_each_case_of_a_sweep(drysim, noisy):
     done = drysim("sweep", noisy, *words, "--set", f"checks=[{text}]", "--no-plots")
     said = " ".join(done.out.split())
     assert f"✗ fails {text} in 2 of 2 cases, worst with" in said
-    assert " mm over 6 seeds at kinetic 0 N" in said
+    worst = (
+        run(load(noisy, {SEEDS: 6, "friction.kinetic": 0})).statistics["x_r_peak"].greatest[1]
+    )
+    assert f" mm over 6 seeds, for seed {worst} at kinetic 0 N" in said
     assert "the worst of" not in said
 
 
@@ -278,6 +285,48 @@ def test_check_over_seeds_of_a_single_motion_is_a_warning(noisy, form):
 
     assert "check-of-one-seed" in slugs({})
     assert "check-of-one-seed" not in slugs({SEEDS: 4})
+
+
+@pytest.mark.parametrize(
+    ("quantile", "seeds"), [("p95", 20), ("p5", 20), ("p90", 10), ("p50", 2), ("p99.9", 1000)]
+)
+def test_check_of_a_quantile_of_few_seeds_is_a_warning(noisy, quantile, seeds):
+    text = f"x_r_peak {quantile} < 45 mm"
+    assert Check.parse(text).least_seeds == seeds
+
+    def sentences(count, **changes):
+        scenario = load(noisy, {"checks": [text], SEEDS: count, **changes})
+        warnings = scenario_warnings(scenario)
+        return [one.sentence for one in warnings if one.slug == "quantile-of-few-seeds"]
+
+    assert not sentences(seeds)
+    swept = {SEEDS: [max(2, seeds - 1), 2 * seeds]}
+    assert bool(sentences(seeds, sweep=swept)) == (seeds > 2)
+    if seeds > 2:
+        design = {"vary": {"oscillator.damping": {"from": 100, "to": 900}}, "minimise": "T_a"}
+        limits = {"checks": [], "design": design | {"within": [text]}}
+        (sentence,) = {*sentences(seeds - 1), *sentences(seeds - 1, **limits)}
+        assert f"judges the {quantile} of {seeds - 1} seeds, " in sentence
+        assert f"give excitation.seeds: {seeds} or more" in sentence
+
+
+def test_seeds_that_a_stopping_rule_leaves_out_are_too_few_for_a_quantile(noisy):
+    changes = {SEEDS: 40, "excitation.until": {"metric": "T_a", "half_width": 0.5}}
+    changes["checks"] = ["T_a p95 < 9"]
+    scenario = load(noisy, changes)
+    assert not [one for one in scenario_warnings(scenario) if "quantile" in one.slug]
+    swept = load(noisy, changes | {"sweep": {"friction.kinetic": [30, 45]}})
+    for result in (run(scenario), package.sweep(swept)):
+        (warning,) = [one for one in result.warnings if "quantile" in one.slug]
+        assert warning.slug == "quantile-of-few-seeds"
+        assert "the p95 of 10 seeds by the rule `excitation.until`" in warning.sentence
+
+
+def test_picture_of_few_seeds_has_no_quantile_that_they_do_not_support(noisy):
+    entries = legend(draw(run(load(noisy, {SEEDS: 6}))))
+    assert "50 % quantiles" in entries
+    entries = legend(draw(run(load(noisy, {SEEDS: 20}))))
+    assert "5, 50, 95 % quantiles" in entries
 
 
 def test_a_check_whose_limit_lies_within_the_interval_is_a_warning(noisy):

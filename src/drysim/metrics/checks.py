@@ -58,6 +58,18 @@ STATUS, OK = "status", "ok"
 _STATUS_OK_PATTERN = re.compile(rf"\s*+{STATUS}\s*+==\s*+{OK}\s*+")
 
 
+def seeds_for_quantile(level: float) -> int:
+    """Return the number of seeds of which one is expected beyond a quantile, on its rarer side.
+
+    Of fewer seeds the quantile is about an extreme: there is no order statistic beyond it.
+    """
+    return math.ceil(1.0 / min(level, 1.0 - level) - LEVEL_ROUNDING)
+
+
+LEVEL_ROUNDING = 1e-6
+"""Rounding of the number of seeds that a level written in decimals asks for."""
+
+
 @dataclass(frozen=True)
 class Check:
     """Comparison of a metric with a limit, e.g. `x_r_peak < 25 mm`, in all cases or in some."""
@@ -124,6 +136,13 @@ class Check:
                 raise ValueError(f"a quantile lies between p0 and p100, not at `p{percent}`")
             judges = f"p{float(percent):g}"
         return cls(text, metric, op, bound, unit=unit, judges=judges)
+
+    @property
+    def least_seeds(self) -> int:
+        """Number of seeds below which a quantile is about an extreme; 1 for what is none."""
+        if self.judges in (MEAN, EVERY_SEED):
+            return 1
+        return seeds_for_quantile(float(self.judges[1:]) / 100.0)
 
     @property
     def keys(self) -> set[str]:
@@ -273,6 +292,8 @@ class Verdict:
     """Number of cases to which it applies; 0 for a single case."""
     failed_seeds: int = 0
     """Number of seeds whose own values do not satisfy the check."""
+    worst_seed: int | None = None
+    """The seed that fails by most where each must pass; None if none fails."""
 
     @property
     def undecided(self) -> bool:
@@ -334,9 +355,10 @@ class Verdict:
         if self.seeds == 1:
             return ""
         if self.check.judges == EVERY_SEED:
+            worst = "" if self.worst_seed is None else f" for seed {self.worst_seed}"
             if self._fails_in_cases:  # whose worst is named, as is its worst seed
-                return f" over {self.seeds} seeds"
-            return "" if self._fails_in_seeds else f", the worst of {self.seeds} seeds"
+                return f" over {self.seeds} seeds{worst and f',{worst}'}"
+            return worst if self._fails_in_seeds else f", the worst of {self.seeds} seeds"
         fail = f" ({self.failed_seeds} fail)" if self.failed_seeds else ""
         return f", {self.check.judges} of {self.seeds} seeds{fail}"
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from drysim import wording
 from drysim.core.model import Floats
+from drysim.metrics.checks import seeds_for_quantile
 from drysim.metrics.table import METRICS_BY_NAME, PEAK_STROKE
 from drysim.metrics.text import format_metric
 from drysim.plots import response, style
@@ -85,8 +86,14 @@ def _draw_distribution(
         (statistic.half_width or 0.0) * metric.scale,
     )
     axes.axvspan(mean - half_width, mean + half_width, **INTERVAL_STYLE)
-    for value in statistic.quantiles:
-        axes.axvline(value * metric.scale, **QUANTILE_STYLE, label="5, 50, 95 % quantiles")
+    known = [
+        (level, value)
+        for level, value in zip(QUANTILES, statistic.quantiles, strict=True)
+        if statistic.seeds >= seeds_for_quantile(level)
+    ]
+    levels = ", ".join(f"{100 * level:g}" for level, _ in known)
+    for _, value in known:
+        axes.axvline(value * metric.scale, **QUANTILE_STYLE, label=f"{levels} % quantiles")
     axes.axvline(mean, **MEAN_STYLE)
     shares = 100.0 * (np.arange(n) + 0.5) / n
     axes.plot(ordered, shares, **SEEDS_STYLE, **marker_style, label="empirical distribution")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drysim import wording
+from drysim.metrics.checks import seeds_for_quantile
 from drysim.metrics.table import HOURLY_STROKE, METRICS_BY_NAME, PEAK_STROKE
 from drysim.metrics.text import (
     describe_main_numbers,
@@ -56,8 +57,8 @@ END_STOP_METRICS = {
 }
 """Metrics of the severity of end-stop impacts, and the words before their values."""
 
-MIN_QUANTILE_SEEDS = 13
-"""Least number of seeds for which the 5 % and 95 % quantiles differ from the extremes."""
+MIN_QUANTILE_SEEDS = seeds_for_quantile(max(QUANTILES))
+"""Least number of seeds whose scatter is described by quantiles."""
 
 
 def summarise(ensemble: Ensemble) -> Summary:

@@ -168,6 +168,8 @@ def check_fields(verdict: Verdict) -> Fields:
         fields["seeds"] = verdict.seeds
     if verdict.failed_seeds:
         fields["failed_seeds"] = verdict.failed_seeds
+    if verdict.worst_seed is not None:
+        fields["worst_seed"] = verdict.worst_seed
     return fields if verdict.where is None else {**fields, "where": dict(verdict.where)}
 
 

@@ -19,7 +19,7 @@ from drysim.block import Block
 from drysim.core.model import AnyLaw, Samples, Sines, blocks, max_abs
 from drysim.errors import RecordError, WarningMessage
 from drysim.excitation.recorded import Record
-from drysim.metrics.checks import MEAN, Check
+from drysim.metrics.checks import EVERY_SEED, MEAN, Check
 from drysim.metrics.comfort import DIRECTIONS, UNVERIFIED_DIRECTIONS
 from drysim.metrics.table import METRICS_BY_NAME, SHARE, UNITS, Need
 from drysim.scenario.axes import (
@@ -570,9 +570,7 @@ def _metric_inputs(scenario: Scenario, point: Point) -> tuple[object, ...]:
 def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of checks that always or never hold, are duplicates or contradict each other."""
     accepted: dict[str, list[Check]] = {}
-    has_seeds = getattr(scenario.excitation, "max_seeds", 1) > 1 or any(
-        axis.key == "excitation.seeds" for axis in scenario.sweep
-    )
+    seeds = least_seeds_of(scenario)
     for i, check in enumerate(scenario.checks):
         before = accepted.setdefault(check.metric, [])
         duplicate = next(
@@ -587,9 +585,11 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             None,
         )
         answer, numbers = check.constant_result, {f"checks.{i}": check.limit}
-        if check.judges != MEAN and not has_seeds:
+        if check.judges != MEAN and seeds == 1:
             sentence = f"the check `{check}` judges a single motion; give excitation.seeds"
             yield WarningMessage("check-of-one-seed", sentence, numbers)
+        elif seeds < check.least_seeds:
+            yield few_seeds_warning(check, seeds)
         if lacking := _lacking_need(scenario, check):
             sentence = (
                 f"the check `{check}` cannot hold: {check.metric} is not available without "
@@ -618,6 +618,30 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             yield WarningMessage("checks-contradict", sentence, numbers)
         else:
             before.append(check)
+    within = scenario.design.within if scenario.design else None
+    for limit in within or ():
+        if 1 < seeds < limit.least_seeds:
+            yield few_seeds_warning(limit, seeds)
+
+
+def least_seeds_of(scenario: Scenario) -> int:
+    """Return the number of seeds of a scenario, at most; of a sweep over it the least one."""
+    swept = (axis.values for axis in scenario.sweep if axis.key == "excitation.seeds")
+    return min(next(swept, [getattr(scenario.excitation, "max_seeds", 1)]))
+
+
+def few_seeds_warning(check: Check, seeds: int, place: str = "") -> WarningMessage:
+    """Return the warning that a check judges a quantile of too few seeds.
+
+    `place` says where there are so few seeds.
+    """
+    least = check.least_seeds
+    sentence = (
+        f"the check `{check}` judges the {check.judges} of {seeds} seeds{place}, which is "
+        f"about an extreme of them; give excitation.seeds: {least} or more, of which one is "
+        f"expected beyond it, or write `with {EVERY_SEED}`"
+    )
+    return WarningMessage("quantile-of-few-seeds", sentence, {"seeds": seeds, "least": least})
 
 
 def _lacking_need(scenario: Scenario, check: Check) -> Need | None:

@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-
 from drysim.approach.solution import Events, Response
 from drysim.core import compile
 from drysim.errors import SolverError, WarningMessage
@@ -229,8 +227,8 @@ def make_ensemble(case: Case, seeds: Batch, complete: bool = True) -> Ensemble:
         judged = means if check.judges == MEAN else {check.metric: check.over_seeds(values)}
         verdict = check.judge(judged)
         if statistic:
-            values = values[np.isfinite(values)]
-            verdict = with_seeds(verdict, statistic.half_width, statistic.seeds, values)
+            width, count, numbers = statistic.half_width, statistic.seeds, good.points[SEED_KEY]
+            verdict = with_seeds(verdict, width, count, values, numbers)
         verdicts.append(verdict)
     warnings = tuple(ensemble_warnings(case, seeds, by_metric, verdicts, shown))
     rows = Rows([seeds])

@@ -331,7 +331,8 @@ def solve_seeds(case: Case, case_range: CaseRange, motions: MotionCache) -> Batc
 def mean_row(scenario: Scenario, point: Point, seeds: Batch) -> Row:
     """Combine all seeds of a case; the case fails if one seed fails."""
     count, forces = len(seeds), (float(seeds.F_fk[0]), float(seeds.F_fs[0]))
-    case = Row(point, seeds.approach, *forces, {}, over=OverSeeds(count))
+    first = int(seeds.points[SEED_KEY][0])
+    case = Row(point, seeds.approach, *forces, {}, over=OverSeeds(count, first))
     if seeds.notes:
         i, note = next(iter(seeds.notes.items()))
         which = f"{len(seeds.notes)} of {count} seeds failed, the first is seed"
@@ -340,6 +341,7 @@ def mean_row(scenario: Scenario, point: Point, seeds: Batch) -> Row:
     averages, until = means(seeds), stopping_rule(scenario)
     over = OverSeeds(
         count,
+        first,
         {name: half_width for name, (_, half_width) in averages.items()},
         {name: seeds.values(name) for name in seed_metrics(scenario)},
         until is None or is_narrow(until, seeds.metrics[until.metric].tolist()),

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from drysim.core.model import Floats
 from drysim.errors import WarningMessage
 from drysim.excitation.random import RandomMotion, Until
-from drysim.metrics.checks import MEAN, Check, Verdict
+from drysim.metrics.checks import EVERY_SEED, MEAN, Check, Verdict
 from drysim.metrics.table import COUNT, METRICS, Metrics
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.sampling import LazySequence
@@ -91,6 +91,8 @@ class OverSeeds:
 
     count: int
     """Number of seeds."""
+    first: int
+    """The first seed; the others follow it."""
     half_widths: Mapping[str, float | None] = field(default_factory=dict)
     """Half-width of the 95 % confidence interval, by metric."""
     values: Mapping[str, Sequence[float | None]] = field(default_factory=dict)
@@ -481,19 +483,25 @@ def judged_column(check: Check, batch: Batch) -> Floats:
 
 
 def with_seeds(
-    verdict: Verdict, half_width: float | None, seeds: int, values: Floats
+    verdict: Verdict, half_width: float | None, count: int, values: Floats, seeds: NDArray[Any]
 ) -> Verdict:
-    """Return a verdict over seeds with the interval of a mean, and how many seeds fail.
+    """Return a verdict over seeds with the interval of a mean, how many seeds fail, and which.
 
-    `values` are those of single seeds, empty if they are not kept. A check that does not apply
-    has no such numbers.
+    `values` are those of single seeds, NaN where not known; empty if they are not kept. A check
+    that does not apply has no such numbers.
     """
     if verdict.passed is None:
         return verdict
     check = verdict.check
+    known = np.isfinite(values)
+    values, seeds = values[known], seeds[known]
     failed = int((~check.holds(values)).sum())
-    width = half_width if check.judges == MEAN else None
-    return replace(verdict, half_width=width, seeds=seeds, failed_seeds=failed)
+    verdict = replace(verdict, seeds=len(values) or count, failed_seeds=failed)
+    if check.judges == MEAN:
+        return replace(verdict, half_width=half_width)
+    if check.judges != EVERY_SEED or not failed:
+        return verdict
+    return replace(verdict, worst_seed=int(seeds[check.excess(values).argmax()]))
 
 
 def judge_row(check: Check, row: Row, where: Point | None = None) -> Verdict:
@@ -507,8 +515,8 @@ def judge_row(check: Check, row: Row, where: Point | None = None) -> Verdict:
     if row.over is None:
         return verdict
     width, values = row.half_widths.get(check.metric), seed_column(row, check.metric)
-    known = values[np.isfinite(values)]
-    return with_seeds(verdict, width, len(known) if len(values) else row.seeds, known)
+    seeds = row.over.first + np.arange(len(values))
+    return with_seeds(verdict, width, row.seeds, values, seeds)
 
 
 # Seeds of a scenario and their stopping rule.

@@ -20,6 +20,7 @@ from drysim.scenario.axes import Axis
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.scenario.text import describe_case, describe_limits, format_times_by_side
+from drysim.scenario.warnings import few_seeds_warning, least_seeds_of
 from drysim.study.case import Case
 from drysim.study.outcome import Outcome
 from drysim.study.statistics import (
@@ -376,6 +377,9 @@ def table_interval_warnings(
             f"{describe_first(summary.too_wide, scenario)}"
         )
         yield WarningMessage("interval-wide", sentence, {"cases": summary.too_wide.cases})
+    for check in scenario.checks:
+        if summary.least < check.least_seeds <= least_seeds_of(scenario):
+            yield few_seeds_warning(check, summary.least, FEW_BY_RULE)
     for check, undecided in summary.undecided.items():
         sentence = (
             f"`{check}` is undecided in {undecided.cases} of {summary.cases} cases"
@@ -394,6 +398,9 @@ def describe_first(count: Count, scenario: Scenario) -> str:
 # Ensembles.
 
 SeedStatistics = Mapping[str, Statistic | None]
+
+FEW_BY_RULE = " by the rule `excitation.until`"
+"""Why there are fewer seeds than asked for."""
 
 REPLACED_SLUGS = {
     "energy-open", "law-violated", "stroke-violated", "stroke-too-short", "impacts-left-out",
@@ -427,6 +434,9 @@ def ensemble_warnings(
     )
     yield from wide_interval_warnings(case, seeds)
     yield from undecided_warnings(verdicts)
+    for verdict in verdicts:
+        if 1 < verdict.seeds < verdict.check.least_seeds <= max_seeds(case.scenario):
+            yield few_seeds_warning(verdict.check, verdict.seeds, FEW_BY_RULE)
     if case.scenario.measure.spectra:
         sentence = f"spectra.csv and spectra.png show seed {seeds.points[SEED_KEY][0]} only"
         yield WarningMessage("spectra-of-one-seed", sentence)
