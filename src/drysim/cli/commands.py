@@ -66,25 +66,52 @@ PNG_TRAILER = b"IEND\xaeB`\x82"
 
 
 def init(
-    name: options.Name = None, record: options.FromRecord = None, show: options.Show = False
+    name: options.Name = None,
+    new: options.New = False,
+    record: options.FromRecord = None,
+    show: options.Show = False,
 ) -> int:
-    """Copy a scenario of the gallery, or draft one for a record."""
+    """Write a scenario: of the gallery, to fill in, or for a record."""
     from drysim.console import terminal
     from drysim.study import gallery
 
-    if show and record is not None:
-        raise UsageError("--list and --from cannot be combined", "use one of them")
+    chosen = {"--new": new, "--from": record is not None, "--list": show}
+    first, *others = [option for option, is_given in chosen.items() if is_given] or [""]
+    if others:
+        raise UsageError(f"{others[0]} and {first} cannot be combined", "use one of them")
     if show:
         return show_gallery(gallery.HARD_FOLDER if name == gallery.HARD_FOLDER else "")
     if record is not None:
         return draft(record, name or "")
-    name = name or DEFAULT_SCENARIO
+    if new:
+        return write_new_scenario(name or LOCAL_SCENARIO)
+    if name is None:
+        name = DEFAULT_SCENARIO
+        terminal.print_stderr(
+            f"no name is given: writing {name} of the gallery; `drysim init --list` shows "
+            f"all {len(gallery.list_scenarios())}, `drysim init --new` writes a scenario to "
+            "fill in"
+        )
     written = gallery.copy(name, Path())
     with tolerate_closed_pipe(Path()):
         terminal.print_stdout("\n".join(map(str, written)))
     if loop := gallery.find(name).loop:
         terminal.print_stderr(f"friction loop: {loop}")
     terminal.print_stderr(f"next: {gallery.find(name).command_line(written[0])}")
+    return EXIT_OK
+
+
+def write_new_scenario(name: str) -> int:
+    """Write a commented scenario to fill in."""
+    from drysim.console import terminal
+    from drysim.manual.skeleton import write_skeleton
+    from drysim.study.gallery import SUFFIX
+
+    file = Path(name.removesuffix(SUFFIX) + SUFFIX)
+    write_skeleton(file)
+    with tolerate_closed_pipe(Path()):
+        terminal.print_stdout(str(file))
+    terminal.print_stderr(f"next: change its values; drysim validate {file}; drysim run {file}")
     return EXIT_OK
 
 

@@ -215,11 +215,21 @@ TlsKey = Annotated[
 ]
 Name = Annotated[
     str | None,
-    typer.Argument(metavar="NAME", autocompletion=complete_gallery, help="Gallery scenario."),
+    typer.Argument(
+        metavar="NAME",
+        autocompletion=complete_gallery,
+        help="Gallery scenario; with --new or --from, the name of the file.",
+    ),
 ]
 FromRecord = Annotated[
     str | None,
     typer.Option("--from", metavar="RECORD", help="Draft a scenario for a measured record."),
+]
+New = Annotated[
+    bool,
+    typer.Option(
+        "--new", help="Write a scenario to fill in, with the meaning of each key in comments."
+    ),
 ]
 Show = Annotated[
     bool, typer.Option("--list", help="List the gallery; with `hard`, the hard cases.")
@@ -263,7 +273,7 @@ ReportNoPlots = Annotated[bool, typer.Option("--no-plots", help="No pictures.")]
 
 
 EXAMPLES = {
-    "init": ("init --list", "init seat-on-em1"),
+    "init": ("init seat-on-em1", "init --new seat"),
     "run": ("run seat.yaml", "run seat.yaml --set friction.kinetic=30 --out out/soft --report"),
     "sweep": ("sweep seat.yaml", "sweep seat.yaml --over friction.kinetic=0:100:10"),
     "compare": ("compare signum vs stick-slip", "compare dahl vs coulomb seat.yaml --report"),

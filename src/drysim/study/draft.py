@@ -113,10 +113,16 @@ def _lines_of(proposal: Proposal) -> list[str]:
         line = indent(dump({proposal.key: value}), "  ").rstrip()
     is_guess = value is not None and not proposal.is_certain
     label = "decide: " if value is None else "check: " if is_guess else ""
-    reason, comment = label + sanitise(proposal.reason), f"{line:<{COMMENT_COLUMN}}  # "
-    if len(comment) + len(reason) <= WIDTH:
-        return [comment + reason]
-    return [*(f"  {line}" for line in _comment(reason)), line]
+    return commented(line, label + sanitise(proposal.reason))
+
+
+def commented(line: str, text: str) -> list[str]:
+    """Return a line with a comment beside it, or above it if that is too long."""
+    beside = f"{line:<{COMMENT_COLUMN}}  # {text}"
+    if len(beside) <= WIDTH:
+        return [beside]
+    indentation = " " * (len(line) - len(line.lstrip()))
+    return [*(indentation + above for above in _comment(text)), line]
 
 
 def _comment(text: str) -> list[str]:
