@@ -19,7 +19,7 @@ from drysim.errors import UsageError
 from drysim.manual.words import DESIGN, FIT, entries, explain
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.output import report
-from drysim.output.folder import save_report
+from drysim.output.folder import save_file
 from drysim.results.fields import DIGEST, digest_of
 from drysim.study.summary import BAD, Row
 from drysim.system import file_sha256
@@ -540,8 +540,8 @@ def test_spaces_that_do_not_break_a_line_stay_in_the_text():
 
 def test_draft_of_a_killed_report_blocks_no_later_one(tmp_path):
     (tmp_path / "page.html.new").write_text("a draft")
-    save_report(tmp_path / "page.html", "first")
-    save_report(tmp_path / "page.html", "second")
+    save_file(tmp_path / "page.html", "first")
+    save_file(tmp_path / "page.html", "second")
     assert (tmp_path / "page.html").read_text() == "second"
     assert (tmp_path / "page.html.new").read_text() == "a draft"
     assert len([*tmp_path.iterdir()]) == 2
@@ -645,10 +645,10 @@ def test_unfinished_work_has_no_report(drysim, place):
 @pytest.mark.parametrize(
     ("file", "words"),
     [
-        ("mine.html", "was not written by `drysim report`; it stays as it is"),
+        ("mine.html", "was not written by drysim; it stays as it is"),
         ("out/page.html", "would be a file in out that is not part of the result"),
         ("folder", "is a folder"),
-        ("absent/page.html", "is not a folder"),
+        ("mine.html/page.html", "is not a folder"),
     ],
 )
 def test_report_replaces_nothing_but_a_report(drysim, seat, file, words):

@@ -169,6 +169,7 @@ def run(
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
     report: options.Report = False,
+    junit: options.Junit = None,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -294,6 +295,7 @@ def sweep(
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
     report: options.Report = False,
+    junit: options.Junit = None,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
     form: options.Table = "csv",
@@ -401,6 +403,7 @@ def compare(
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
     report: options.Report = False,
+    junit: options.Junit = None,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -445,6 +448,7 @@ def fit(
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
     report: options.Report = False,
+    junit: options.Junit = None,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -495,6 +499,7 @@ def design(
     picture_format: options.PictureFormat = "png",
     as_json: options.Json = False,
     report: options.Report = False,
+    junit: options.Junit = None,
     quiet: options.Quiet = False,
     cluster: options.Cluster = None,
     tls_ca_file: options.TlsCa = None,
@@ -533,6 +538,7 @@ def branches(
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
     report: options.Report = False,
+    junit: options.Junit = None,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -564,6 +570,7 @@ def regime_map(
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
     report: options.Report = False,
+    junit: options.Junit = None,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -641,12 +648,17 @@ def validate(
     changes: options.Changes = None,
     form: options.Format = "text",
     strict: options.StrictWarnings = False,
+    junit: options.Junit = None,
     quiet: options.Quiet = False,
 ) -> int:
     """Check scenario files without computing."""
     from drysim.console import problems
     from drysim.study.validate import validate as find_problems
 
+    if junit is not None:
+        from drysim.output.junit import check_junit, save_junit, validation_suite
+
+        check_junit(junit)
     problems_by_file = {file: find_problems(file, changes or []) for file in scenarios}
     failing = ("error", "warning") if strict else ("error",)
     faults = {
@@ -654,6 +666,14 @@ def validate(
         for file, listed in problems_by_file.items()
         if (failed := [problem for problem in listed if problem.severity in failing])
     }
+    if junit is not None:
+        save_junit(
+            junit,
+            [
+                validation_suite(file, listed, failing)
+                for file, listed in problems_by_file.items()
+            ],
+        )
     with tolerate_closed_pipe():
         shown = faults if quiet and form != "json" else problems_by_file
         problems.show_problems(shown, form, strict)
@@ -696,7 +716,7 @@ def report(
 ) -> int:
     """Write a report of a finished result: one page of HTML."""
     from drysim.console import terminal
-    from drysim.output.folder import REPORT_FILE, add_report, check_report, save_report
+    from drysim.output.folder import REPORT_FILE, add_report, check_report, save_file
     from drysim.output.report import read_result, report_folder
     from drysim.wording import sanitise
 
@@ -710,7 +730,7 @@ def report(
     if file.absolute() == (folder / REPORT_FILE).absolute():
         add_report(folder, page, fields)
     else:
-        save_report(file, page)
+        save_file(file, page)
     for sentence in objections:
         terminal.print_stderr(f"warning: {sanitise(f'{folder}: {sentence}')}")
     if not quiet:

@@ -11,11 +11,19 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from drysim.cli import process
 from drysim.cli.process import Done
-from drysim.errors import EXIT_INTERRUPTED, EXIT_OK, DrysimError, UsageError
+from drysim.errors import (
+    EXIT_CHECK_FAILED,
+    EXIT_INTERRUPTED,
+    EXIT_OK,
+    DrysimError,
+    OutputError,
+    UsageError,
+)
 
 if TYPE_CHECKING:
     import typer
@@ -45,6 +53,8 @@ class Common:
         the name of the job.
     dry_run, strict, plots, report : bool
     picture_format : str
+    junit : Path, optional
+        The file of the checks as JUnit XML.
     """
 
     command: str
@@ -55,6 +65,7 @@ class Common:
     plots: bool = True
     report: bool = False
     picture_format: str = "png"
+    junit: Path | None = None
 
     @classmethod
     def of(cls, context: typer.Context) -> Common:
@@ -69,6 +80,7 @@ class Common:
             plots=not given["no_plots"],
             report=given.get("report", False),
             picture_format=given["picture_format"],
+            junit=Path(given["junit"]) if given.get("junit") is not None else None,
         )
 
 
@@ -175,28 +187,70 @@ def carry_out_each(jobs: Sequence[Job], common: Common) -> int:
     mode, folders = common.mode, output_folders(jobs, common.out)
     for folder in folders:
         output.check_writable(folder)
+    if common.junit is not None:
+        from drysim.output.junit import check_junit
+
+        check_junit(common.junit, folders)
     if common.dry_run:
         return mode.plan([job.plan(folder) for job, folder in zip(jobs, folders, strict=True)])
-    worst, contents = EXIT_OK, []
+    worst, outcomes = EXIT_OK, []
     for job, folder in zip(jobs, folders, strict=True):
+        begin = perf_counter()
         try:
             done = compute(job, folder, common)
         except DrysimError as fault:
+            outcomes.append(JobOutcome(job.name, fault, perf_counter() - begin))
+            worst = max(worst, fault.exit_code)
             if len(jobs) == 1:
+                write_junit(outcomes, common, worst)
                 raise
             show_fault(job, fault)
-            worst = max(worst, fault.exit_code)
             continue
+        outcomes.append(JobOutcome(job.name, done.fields, perf_counter() - begin))
         worst = max(worst, done.code)
-        contents.append(done.fields)
         mode.report(done, job.name if len(jobs) > 1 else "")
         if len(jobs) == 1 and not (mode.as_json or mode.quiet):
             job.after(done.result, folder)
         if done.code == EXIT_INTERRUPTED:
             break
+    write_junit(outcomes, common, worst)
     if len(jobs) > 1 and mode.as_json:
+        contents = [done.content for done in outcomes if isinstance(done.content, dict)]
         mode.print_json({"results": contents}, worst)
     return worst
+
+
+class JobOutcome(NamedTuple):
+    """What came of a job."""
+
+    name: str
+    content: dict[str, Any] | DrysimError
+    """The content of drysim.json, or why there is none."""
+    time: float
+    """Time of the computation [s]."""
+
+
+def write_junit(outcomes: Sequence[JobOutcome], common: Common, code: int) -> None:
+    """Write the checks of jobs as JUnit XML, if that was asked for.
+
+    `code` is the exit code of the work, which a fault of the file turns into 1 if it is 0; an
+    interrupted command writes none.
+    """
+    if common.junit is None or code == EXIT_INTERRUPTED:
+        return
+    from drysim.output.junit import fault_suite, result_suite, save_junit
+
+    suites = [
+        fault_suite(name, content, time)
+        if isinstance(content, DrysimError)
+        else result_suite(content, common.strict, time)
+        for name, content, time in outcomes
+    ]
+    try:
+        save_junit(common.junit, suites)
+    except OutputError as fault:
+        fault.exit_code = code or EXIT_CHECK_FAILED
+        raise
 
 
 def output_folders(jobs: Sequence[Job], out: Path | None) -> list[Path]:

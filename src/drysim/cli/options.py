@@ -131,6 +131,10 @@ Strict = Annotated[
 StrictWarnings = Annotated[
     bool, typer.Option("--strict", help="Count warnings as failures (exit code 1).")
 ]
+Junit = Annotated[
+    Path | None,
+    typer.Option("--junit", metavar="FILE", help="Write what passes and fails as JUnit XML."),
+]
 NoPlots = Annotated[bool, typer.Option("--no-plots", help="Write no pictures.")]
 Report = Annotated[bool, typer.Option("--report", help="Write report.html, too.")]
 Json = Annotated[

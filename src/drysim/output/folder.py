@@ -668,23 +668,49 @@ def check_report(file: Path, folder: Path) -> None:
     OutputError
         When the file is no report of drysim, or cannot be written.
     """
-    is_inside = file.absolute() == (folder / REPORT_FILE).absolute()
+    if file.absolute() != (folder / REPORT_FILE).absolute():
+        check_new_file(file, [folder], GENERATOR, "--out")
+        return
     with translate_os_errors(file):
-        if is_inside:
-            check_report_place(folder)
-        elif file.is_dir():
-            raise OutputError(f"{file} is a folder", f"name a file, as {file / REPORT_FILE}")
-        elif folder.resolve() in file.resolve().parents:
-            sentence = f"{file} would be a file in {folder} that is not part of the result"
-            raise OutputError(sentence, f"name it {folder / REPORT_FILE}, or another folder")
-        elif _exists(file) and not (file.is_file() and is_report(file)):
-            sentence = f"{file} was not written by `drysim report`; it stays as it is"
-            raise OutputError(sentence, "choose another file with --out")
-        if not file.parent.is_dir():
+        check_report_place(folder)
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+
+def check_new_file(file: Path, folders: Sequence[Path], mark: str, option: str) -> None:
+    """Verify, before any work, that a file outside of the folders of results may be written.
+
+    Parameters
+    ----------
+    file : Path
+    folders : sequence of Path
+        Output folders, in which it must not lie.
+    mark : str
+        What its first lines contain if drysim wrote it, so that it may be replaced.
+    option : str
+        The option that names it.
+
+    Raises
+    ------
+    OutputError
+        When it is another file, or cannot be written.
+    """
+    with translate_os_errors(file):
+        if file.is_dir():
+            raise OutputError(f"{file} is a folder", f"name a file with {option}")
+        for folder in folders:
+            if folder.resolve() in file.resolve().parents:
+                sentence = f"{file} would be a file in {folder} that is not part of the result"
+                raise OutputError(sentence, f"choose another folder with {option}")
+        if _exists(file) and not (file.is_file() and has_mark(file, mark)):
+            sentence = f"{file} was not written by drysim; it stays as it is"
+            raise OutputError(sentence, f"choose another file with {option}")
+        parent = _existing_parent(file)
+        if not parent.is_dir():
             raise OutputError(
-                f"cannot write {file}: {file.parent} is not a folder", "create it"
+                f"cannot write {file}: {parent} is not a folder", f"name another with {option}"
             )
-        if not os.access(file.parent, os.W_OK | os.X_OK):
+        if not os.access(parent, os.W_OK | os.X_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
 
@@ -700,19 +726,20 @@ def check_report_place(folder: Path) -> None:
         raise OutputError(sentence, "move it away, or choose another file with --out")
 
 
-def is_report(file: Path) -> bool:
-    """Whether a file is a report of drysim."""
+def has_mark(file: Path, mark: str) -> bool:
+    """Whether the first lines of a file contain the mark of drysim."""
     with file.open("rb") as stream:
-        return GENERATOR.encode() in stream.read(1000)
+        return mark.encode() in stream.read(1000)
 
 
-def save_report(file: Path, page: str) -> None:
-    """Write a report outside of its result, atomically."""
+def save_file(file: Path, text: str) -> None:
+    """Write a file outside of a result, atomically, and the folders above it."""
     # The name is unique: a draft that a kill left behind is in nobody's way.
     draft = file.with_name(f"{file.name}.{token_hex(8)}.new")
     with translate_os_errors(file):
+        file.parent.mkdir(parents=True, exist_ok=True)
         try:
-            draft.write_bytes(page.encode())
+            draft.write_bytes(text.encode())
             replace(draft, file)
         except BaseException:
             draft.unlink(missing_ok=True)

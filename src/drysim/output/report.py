@@ -34,7 +34,7 @@ from drysim.output.folder import (
     check_report,
     note_on_files,
     read_stored_fields,
-    save_report,
+    save_file,
     translate_damage,
 )
 from drysim.results import KINDS, kind_named, kind_of, stored
@@ -118,7 +118,7 @@ def report(result: AnyResult, file: str | Path | None = None) -> str | Path:
         text = (save(result, out, report=True) / REPORT_FILE).read_text(encoding="utf-8")
     if file is None:
         return text
-    save_report(Path(file), text)
+    save_file(Path(file), text)
     return Path(file)
 
 
