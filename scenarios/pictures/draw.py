@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 from matplotlib.figure import Figure
-from PIL import Image
+from PIL import Image, ImageOps
 
 import drysim
 from drysim.plots import response, sketch, style
@@ -57,7 +57,7 @@ MODEL = "model.png"
 
 REPORT = "report.png"
 BROWSERS = "chromium", "chromium-browser", "google-chrome"
-PAGE, SHOWN = (1000, 1140), 640
+PAGE, SHOWN = (1000, 1156), 640
 """Size of the head of a page, and width of its picture [pixel]."""
 
 SIZE, DOTS = (3.3, 2.9), 100
@@ -121,7 +121,8 @@ def draw_report() -> None:
         subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
         whole = Image.open(photo).convert("RGB").crop((0, 0, *PAGE))
         height = round(PAGE[1] * SHOWN / PAGE[0])
-        whole.resize((SHOWN, height), Image.Resampling.LANCZOS).save(few)
+        small = whole.resize((SHOWN, height), Image.Resampling.LANCZOS)
+        ImageOps.expand(small, 1, "#bbb").save(few)
         keep(few, HERE / REPORT)
 
 
