@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import json
 import re
 import subprocess
 import sys
@@ -15,7 +14,7 @@ import proof
 import pytest
 import readme
 from browser import browse, needs_browser
-from readme import CONSOLE, FILES, MADE, PART, PYTHON, README, TEXTS, made
+from readme import CONSOLE, FILES, MADE, PART, PYTHON, README, TEXTS, followed, made
 
 import drysim
 from drysim import errors, results
@@ -72,16 +71,18 @@ def rounded(text):
 
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory):
-    """Follow a page in a process of its own, which starts as a user's does; once each."""
+    """Follow a page in a folder of its own, once each."""
     seen = {}
 
     def follow(name):
         if name not in seen:
             folder = tmp_path_factory.mktemp(name)
-            command = [sys.executable, readme.__file__, "--follow", name, str(folder)]
-            done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8")
-            assert done.returncode == 0, done.stderr
-            seen[name] = SimpleNamespace(folder=folder, **json.loads(done.stdout))
+            with pytest.MonkeyPatch.context() as patch:
+                patch.chdir(folder)
+                patch.delenv("NO_COLOR", raising=False)
+                for variable, value in readme.TERMINAL.items():
+                    patch.setenv(variable, value)
+                seen[name] = SimpleNamespace(folder=folder, **followed(name, folder))
         return seen[name]
 
     return follow

@@ -1,15 +1,13 @@
 """Generated parts of README.md and the manual: tables from the code, and what commands print.
 
 `make readme` runs this file, which writes them anew; names of pages limit it to these. Every
-page is followed in a folder of its own. `--follow PAGE FOLDER` follows one and prints what it
-has seen.
+page is followed in a folder of its own.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
-import json
 import os
 import re
 import shlex
@@ -216,11 +214,8 @@ def renewed(text: str, seen: dict[str, list[str]]) -> str:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--follow"]:
-        print(json.dumps(followed(*sys.argv[2:])))
-    else:
-        for name in sys.argv[1:] or TEXTS:
-            with tempfile.TemporaryDirectory() as folder:
-                text = renewed(TEXTS[name], followed(name, folder))
-                os.chdir(ROOT)
-            FILES[name].write_text(text, encoding="utf-8", newline="\n")
+    for name in sys.argv[1:] or TEXTS:
+        with tempfile.TemporaryDirectory() as folder:
+            text = renewed(TEXTS[name], followed(name, folder))
+            os.chdir(ROOT)
+        FILES[name].write_text(text, encoding="utf-8", newline="\n")
