@@ -15,6 +15,7 @@ import pytest
 import readme
 from browser import browse, needs_browser
 from readme import CONSOLE, FILES, MADE, PART, PYTHON, README, TEXTS, followed, made
+from shown import leave_pictures_empty
 
 import drysim
 from drysim import errors, results
@@ -80,6 +81,7 @@ def walk(tmp_path_factory):
             with pytest.MonkeyPatch.context() as patch:
                 patch.chdir(folder)
                 patch.delenv("NO_COLOR", raising=False)
+                leave_pictures_empty(patch)
                 for variable, value in readme.TERMINAL.items():
                     patch.setenv(variable, value)
                 seen[name] = SimpleNamespace(folder=folder, **followed(name, folder))

@@ -1,6 +1,9 @@
 """What people see: a result on the console, and the words and curves of a picture."""
 
+from functools import wraps
 from pathlib import Path
+
+import pytest
 
 from drysim.console.summary import show_summary
 from drysim.results import kind_of
@@ -11,6 +14,22 @@ def show(result, folder: Path | None = None):
     summary = kind_of(result).summary(result)
     complete = getattr(result, "complete", True)
     show_summary(summary, folder if complete else None, result.warnings)
+
+
+def leave_pictures_empty(patch: pytest.MonkeyPatch) -> None:
+    """Compose PNG pictures and do not draw them, where words are looked at only."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    drawn = FigureCanvasAgg.print_png
+
+    @wraps(drawn)  # matplotlib looks at its parameters
+    def written(canvas, file, **options) -> None:
+        if isinstance(file, str):
+            Path(file).touch()
+        else:  # into memory, for a page
+            drawn(canvas, file, **options)
+
+    patch.setattr(FigureCanvasAgg, "print_png", written)
 
 
 def legend(figure) -> list[str]:
