@@ -149,7 +149,7 @@ def test_page_says_what_was_computed_whether_it_suffices_and_why_to_believe_it(r
 
 
 def test_scenario_without_checks_is_not_called_good(result):
-    page = Page(result()[1])
+    page = Page(result(SEAT, "run", "--no-plots")[1])
     assert "no checks, so it states no requirement" in page.text
 
 
@@ -239,7 +239,7 @@ def test_page_of_a_design_study_has_every_condition_and_names_that_of_the_metric
 
 
 def test_words_of_a_design_study_are_explained_beside_its_results(result):
-    page = Page(result(SEAT + STUDY, "design")[1])
+    page = Page(result(SEAT + STUDY, "design", "--no-plots")[1])
     words = [one.word for one in entries() if one.kind == DESIGN]
     assert {"within 1 %", "as given", "friction ±10 %", "no dry friction"} <= {*words}
     for word in ("within 1 %", "as given", "friction ±10 %", "stiffness ±10 %"):
@@ -279,7 +279,7 @@ def test_warnings_and_failed_checks_decide_the_state_of_the_verdict(
 ):
     if command == "sweep":
         text = text.replace("measure", "sweep: {excitation.rms: [0.9, 1]}\nmeasure")
-    written = result(text, command)[1]
+    written = result(text, command, "--no-plots")[1]
     assert f'<ul class="verdict {state}">' in written
     assert words in Page(written).text
 

@@ -18,6 +18,7 @@ import pandas
 import pytest
 from every_kind import WAYS, result_of
 from seat import SEAT
+from shown import leave_pictures_empty
 
 import drysim
 from drysim.errors import OutputError, UsageError
@@ -42,7 +43,9 @@ def saved(tmp_path_factory):
     def folder(kind):
         if kind not in folders:
             out = tmp_path_factory.mktemp("saved") / kind
-            folders[kind] = result_of(kind).save(out, report=True)
+            with pytest.MonkeyPatch.context() as patch:
+                leave_pictures_empty(patch)
+                folders[kind] = result_of(kind).save(out, report=True)
         return folders[kind]
 
     return folder
