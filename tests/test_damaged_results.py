@@ -99,7 +99,7 @@ def damaged(text, rng):
 CHANGED = "Changed since drysim wrote them: drysim.json."
 NOTICED = re.compile(r"Changed since drysim wrote them: .*drysim\.json\.")
 WORDS_OF_PYTHON = re.compile(
-    r"\w(Error|Exception)\b|[Ii]nput should|pydantic|object has no|NoneType"
+    r"\w(Error|Exception)\b|[Ii]nput should|(?<!software\.)pydantic|object has no|NoneType"
 )
 
 

@@ -290,7 +290,7 @@ def test_first_stop_of_a_long_step_is_that_of_a_scan(
     c, w, h = 2.0 * xi * OMEGA, OMEGA**2, radians / OMEGA
     steps = fast.oscillator.discretise_slip(c, w, h)
     stops = 0
-    for start in starts(3, 60, max(OMEGA, 4.0 / h)):
+    for start in starts(3, 24, max(OMEGA, 4.0 / h)):
         stop, way, v_end, _ = fast.sampled.slide(steps, *start, h, 0.0)
         end = min(stop, h)
         s = np.linspace(0.0, end, GRID)
@@ -302,21 +302,21 @@ def test_first_stop_of_a_long_step_is_that_of_a_scan(
         assert v.min() >= -near
         assert v[-1] == pytest.approx(0.0 if stop < math.inf else v_end, abs=near)
         assert way == pytest.approx(x[-1], abs=near * h)
-    assert 10 <= stops <= 50
+    assert 3 <= stops < 24
 
 
 @pytest.mark.parametrize("xi", [0.0, 0.03, 0.33, 1.0, 3.0])
 def test_mass_of_too_little_energy_never_stops(kernel: SimpleNamespace, xi: float) -> None:
     c, w, s = 2.0 * xi * OMEGA, OMEGA**2, np.linspace(0.0, 12.0 / OMEGA, 200)
     told = {True: 0, False: 0}
-    for start in starts(5, 100):
+    for start in starts(5, 60):
         never = kernel.roots.never_stops(c, w, *start)
         least = motions(c, w, start, s)[1][1:].min()
         told[bool(never)] += 1
         assert least > 0.0 or not never
         # Without a damper it is a law, not a bound.
         assert never or xi > 0.0 or least < 1e-3
-    assert min(told.values()) > 10
+    assert min(told.values()) > 5
 
 
 def test_stop_of_a_creep_after_very_many_decays_is_found(
