@@ -619,7 +619,7 @@ def test_validate_fails_on_warnings_under_strict_and_is_silent_of_what_does_not_
     assert drysim("validate", seat, "--strict", "-q") == (0, "", "")
     code, out, _ = drysim("validate", seat, doubtful, "--strict", "-q")
     assert code == 1
-    assert "doubtful.yaml: warning: " in out
+    assert "doubtful.yaml:8:10: warning: stroke.limit is 60 m" in out
     assert "seat.yaml" not in out
     code, out, _ = drysim("validate", seat, doubtful, faulty, "-q")
     assert code == 2
@@ -627,7 +627,7 @@ def test_validate_fails_on_warnings_under_strict_and_is_silent_of_what_does_not_
     assert "doubtful.yaml" not in out
     told = json.loads(drysim("validate", doubtful, "-q", "--format", "json").out)
     (problem,) = told["files"][0]["problems"]
-    assert (problem["severity"], problem["line"], problem["column"]) == ("warning", None, None)
+    assert (problem["severity"], problem["line"], problem["column"]) == ("warning", 8, 10)
 
 
 def test_validate_as_json_is_one_object(drysim, seat):

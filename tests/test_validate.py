@@ -7,7 +7,8 @@ import shutil
 import pytest
 from golden import GALLERY
 
-from drysim.study.validate import validate
+from drysim.manual.words import WARNING, entries
+from drysim.study.validate import BLAMED, validate
 
 
 def test_scenario_to_fit_is_valid_without_values_of_its_free_keys():
@@ -43,3 +44,65 @@ def test_one_limit_of_friction_may_be_given_and_the_other_fitted(given, tmp_path
     (tmp_path / "rig.yaml").write_text(words, encoding="utf-8")
     shutil.copy(GALLERY / "fit-rig-measured.csv", tmp_path)
     assert not [one for one in validate(str(tmp_path / "rig.yaml")) if one.severity == "error"]
+
+
+DOUBTFUL = """\
+name: doubtful
+oscillator: {mass: 75, stiffness: 7500, damping: 0.3}
+friction: {law: coulomb, kinetic: 450}
+stroke:
+  limit: 25
+excitation:
+  kind: harmonic
+  frequency: 1.6
+  rms: 1
+  phase: 90
+solver:
+  step: 0.05
+  smooth: {sharpness: 100}
+checks:
+  - x_r_peak < 25 mm
+  - stuck_share < 80 at friction.kinetic > 0
+"""
+
+
+def test_warning_stands_at_the_line_that_it_is_about(tmp_path):
+    file = tmp_path / "doubtful.yaml"
+    file.write_text(DOUBTFUL)
+    warnings = {
+        (problem.line, problem.column): (problem.key, problem.sentence.partition(" ")[0])
+        for problem in validate(str(file))
+    }
+    assert warnings == {
+        (2, 41): ("oscillator.damping", "oscillator.damping"),
+        (3, 1): ("friction", "the"),
+        (5, 3): ("stroke.limit", "stroke.limit"),
+        (6, 1): ("excitation", "a"),
+        (12, 3): ("solver.step", "solver.step"),
+        (13, 3): ("solver.smooth", "solver.smooth"),
+        (16, 5): ("checks.1", "the"),
+    }
+    assert {problem.severity for problem in validate(str(file))} == {"warning"}
+
+
+def test_warning_about_a_value_that_was_set_names_its_option(tmp_path):
+    (tmp_path / "doubtful.yaml").write_text(DOUBTFUL)
+    changes = ["stroke.limit=60"]
+    (problem,) = (
+        problem
+        for problem in validate(str(tmp_path / "doubtful.yaml"), changes)
+        if problem.key == "stroke.limit"
+    )
+    assert problem.place == "--set stroke.limit=60"
+
+
+def test_warning_about_a_record_stands_at_its_file():
+    rig = GALLERY / "fit-rig.yaml"
+    (warning,) = (problem for problem in validate(str(rig)) if problem.severity == "warning")
+    line = rig.read_text(encoding="utf-8").splitlines()[warning.line - 1]
+    assert line.strip() == "measured:"
+
+
+def test_every_key_to_blame_is_one_of_a_known_warning():
+    slugs = {entry.word for entry in entries() if entry.kind == WARNING}
+    assert BLAMED.keys() <= slugs

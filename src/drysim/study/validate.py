@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from dataclasses import replace
 from os import PathLike
 
-from drysim.errors import Problem, RecordError, ScenarioError, UsageError
+from drysim.errors import Problem, RecordError, ScenarioError, UsageError, WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.scenario.load import NO_FILE, load
 from drysim.scenario.load import scenario as make_scenario
@@ -54,8 +56,56 @@ def validate(
         return (Problem(str(fault), file),)
     return (
         *(Problem(note, file, severity="note") for note in notes),
-        *(Problem(sentence, file, severity="warning") for sentence in dict.fromkeys(warned)),
+        *dict.fromkeys(locate_warning(scenario, warning, file) for warning in warned),
     )
+
+
+KEY = re.compile(r"\b[a-z]\w*(?:\.\w+)+")
+"""A dotted key in a sentence."""
+
+LISTED = ("checks.", "design.within.")
+"""Keys of entries whose text may name other keys."""
+
+BLAMED = {
+    "will-not-move": "friction",
+    "left-out": "solver.approach",
+    "signum-chatters": "solver.approach",
+    "smooth-stiff": "solver.approach",
+    "looks-like-grams": "oscillator",
+    "natural-frequency-high": "oscillator",
+    "looks-like-degrees": "excitation",
+    "coarse-weighting": "measure",
+    "few-lines": "excitation.duration",
+    "pulse-cut": "measure",
+    "response-cut": "measure",
+    "displacement-ends": "excitation.file",
+    "coarse-record": "excitation.file",
+    "sweep-changes-nothing": "sweep",
+    "measurement-cut": "fit.measured",
+}
+"""Keys to look at for warnings whose sentences name none."""
+
+RECORD_WARNING = "record-"
+"""Begins the slugs of warnings about a record."""
+
+
+def locate_warning(scenario: Scenario, warning: WarningMessage, file: str) -> Problem:
+    """Return a warning as a problem at the key that it is about, if the file has its block."""
+    document = scenario.document
+    blocks = document.value if document else {}
+    record = "fit.measured" if scenario.fit else "excitation.file"
+    keys = [
+        *(key for key in warning.numbers if key.startswith(LISTED)),
+        *KEY.findall(warning.sentence),
+        *warning.numbers,
+        BLAMED.get(warning.slug, record if warning.slug.startswith(RECORD_WARNING) else ""),
+    ]
+    for key in keys:
+        path = tuple(key.split("."))
+        if document is not None and path[0] in blocks:
+            problem = document.locate(path, key=True).problem(warning.sentence, key)
+            return replace(problem, severity="warning")
+    return Problem(warning.sentence, file, severity="warning")
 
 
 def _load(
@@ -71,7 +121,7 @@ def _load(
     return load(source, overrides)
 
 
-def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
+def describe_scenario(scenario: Scenario) -> tuple[list[str], list[WarningMessage]]:
     """Return what is read and cleaned up, and the warnings about a scenario.
 
     Raises
@@ -79,7 +129,8 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
     RecordError, ScenarioError, UsageError
         When the scenario cannot be computed.
     """
-    notes, warned = [], []
+    notes: list[str] = []
+    warned: list[WarningMessage] = []
     if scenario.fit is not None:
         from drysim.study.fit_model import build_model
 
@@ -88,7 +139,7 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
         measured = model.measurement
         span = f"{len(measured.t)} samples over {float(measured.t[-1] - measured.t[0]):.6g} s"
         notes.append(f"measured: {', '.join(measured.channels)}, {span}")
-        warned += [warning.sentence for warning in measured.warnings]
+        warned += measured.warnings
         scenario = without_fit_checks(scenario)
     cases = []
     if scenario.design is not None:
@@ -102,5 +153,5 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[str]]:
         if isinstance(base := case.scenario.excitation, Record):
             varied = [axis.key for axis in case.scenario.sweep]
             notes.append(f"base: {base.describe_cases(case.motion, varied, case.records)}")
-    warned += [warning.sentence for case in cases for warning in case.warnings]
+    warned += [warning for case in cases for warning in case.warnings]
     return notes, warned
