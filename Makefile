@@ -10,6 +10,7 @@ READY := $(VENV)/.ready
 TOOLS := $(VENV)/.tools
 INPUTS ?= 1000000
 CHANGES ?= 6
+SLOW ?= slow
 FILES ?=
 SHARED := --numprocesses auto --maxprocesses 4 --dist loadfile
 
@@ -67,8 +68,8 @@ $(MINIMUM)/.ready: pyproject.toml tests/minimum.txt
 	@touch $@
 
 # Some of the slow tests start processes of their own.
-slow: $(TOOLS) ## the slow tests; up to an hour on two cores
-	$(RUN) pytest -m slow $(SHARED) --maxprocesses 2
+slow: $(TOOLS) ## the slow tests; up to an hour on two cores, a quarter by SLOW="slow and not by_hand"
+	$(RUN) pytest -m "$(SLOW)" $(SHARED) --maxprocesses 2
 
 fuzz: $(TOOLS) ## a million damaged inputs to every reader; fewer by make INPUTS=10000 fuzz
 	cd tests && PYTHONPATH=tools ../$(RUN) fuzz --inputs $(INPUTS)

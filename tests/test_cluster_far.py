@@ -19,7 +19,7 @@ from machines import PATIENCE, Machines, command
 from drysim.cli.process import INTERRUPT_MESSAGE
 
 pytest.importorskip("distributed")
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.by_hand]
 
 LONG = ORBITS.replace("count: 300", "count: 10000")
 BLOCKS = 79

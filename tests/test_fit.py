@@ -325,6 +325,7 @@ FILES = ["cut", "offset-0.5", "offset100", "offset1700000000", "pretrigger"]
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 @pytest.mark.skipif(not CASES.exists(), reason="the cases are not part of the project")
 @pytest.mark.parametrize("name", FILES)
 def test_decay_of_the_cases_gives_its_values(name):
@@ -767,6 +768,7 @@ def test_static_ratio_of_a_mass_that_never_sticks_is_told_up_to_its_first_stop(t
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 @pytest.mark.parametrize("seed", range(20, 50))
 def test_static_ratio_of_any_mass_that_never_sticks_is_told_up_to_its_first_stop(
     tmp_path, seed

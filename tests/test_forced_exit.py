@@ -207,6 +207,7 @@ def test_run_in_an_endless_kernel_keeps_its_seeds(folder, place):
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 def test_compiled_kernel_that_would_run_for_hours_ends(folder):
     setup = (
         "os.environ['DRYSIM_ENGINE'] = 'compiled'\n"

@@ -64,6 +64,7 @@ def held(folder):
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 @pytest.mark.parametrize("name", COMMANDS)
 @pytest.mark.parametrize("number", SIGNALS, ids=[number.name for number in SIGNALS])
 def test_signal_at_any_instant_leaves_the_old_the_new_or_a_partial(tmp_path, name, number):
@@ -106,6 +107,7 @@ def limited(size):
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 @pytest.mark.parametrize("name", COMMANDS)
 @pytest.mark.parametrize("size", [0, 200, 3000, 15_000])
 def test_file_that_cannot_grow_leaves_the_old_folder_and_says_why(tmp_path, name, size):
@@ -141,6 +143,7 @@ def small_disk(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 @pytest.mark.parametrize("name", COMMANDS)
 @pytest.mark.parametrize("size", [8, 16, 40, 100])
 def test_full_disk_leaves_nothing_but_what_can_be_resumed(small_disk, name, size):
@@ -195,6 +198,7 @@ def test_clock_that_is_set_back_changes_nothing_but_the_date(seat, drysim, monke
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 def test_tables_are_the_same_bytes_whatever_workers_run_and_engine(tmp_path):
     (tmp_path / "seat.yaml").write_text(SCENARIO + "reference: viscous\n")
     tables = set()
@@ -243,6 +247,7 @@ def command(*words: str) -> list[str]:
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 def test_sweep_killed_at_any_instant_is_resumed_to_the_same_bytes(tmp_path: Path) -> None:
     (tmp_path / "killed.yaml").write_text(SWEEP)
     words = ("sweep", "killed.yaml", "--no-plots", "--quiet")

@@ -240,6 +240,7 @@ def test_site_holds_every_page_and_needs_no_network(site):
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 @needs_browser
 def test_site_opened_from_files_finds_a_word_in_its_pages(site, tmp_path):
     page = (site[0] / "index.html").as_uri()

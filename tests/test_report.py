@@ -714,6 +714,7 @@ def test_templates_are_loaded_for_a_report_only(seat, process):
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 @needs_browser
 def test_browser_shows_the_page_without_complaint_and_prints_it(result, tmp_path):
     folder, _ = result(NOISY)

@@ -43,6 +43,7 @@ def test_lowest_versions_that_are_tested_are_those_that_are_declared():
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 def test_wheel_runs_a_scenario_of_its_own_gallery_outside_the_checkout(site, tmp_path):
     place = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(site)}}
     where = call("-c", "import drysim.study.gallery as g; print(g.folder())", **place)
@@ -53,6 +54,7 @@ def test_wheel_runs_a_scenario_of_its_own_gallery_outside_the_checkout(site, tmp
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 def test_wheel_holds_the_whole_gallery_and_the_licence(site):
     gallery = {file.name for file in (CHECKOUT / "scenarios").iterdir() if file.is_file()}
     assert gallery - {file.name for file in (site / "drysim" / "scenarios").iterdir()} == set()

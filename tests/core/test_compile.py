@@ -336,6 +336,7 @@ def answer(process: subprocess.Popen[str]) -> tuple[float, bool]:
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 def test_kernels_are_kept_although_the_package_can_only_be_read(site: Path) -> None:
     before = sorted(site.rglob("*"))
     assert answer(start(site)) == (HALF, False)
@@ -344,6 +345,7 @@ def test_kernels_are_kept_although_the_package_can_only_be_read(site: Path) -> N
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 def test_processes_that_compile_at_once_do_not_disturb_each_other(site: Path) -> None:
     answers = [answer(process) for process in [start(site) for _ in range(3)]]
     assert [value for value, _ in answers] == [HALF] * 3
@@ -351,6 +353,7 @@ def test_processes_that_compile_at_once_do_not_disturb_each_other(site: Path) ->
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 def test_upgrade_of_the_same_size_and_time_is_compiled_anew(site: Path) -> None:
     assert answer(start(site))[0] == HALF
     source = site / "drysim" / "core" / "fixed_step.py"
@@ -365,6 +368,7 @@ def test_upgrade_of_the_same_size_and_time_is_compiled_anew(site: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 @pytest.mark.parametrize("zeros", [0, 64], ids=["cut short", "ending in zeros"])
 def test_kernels_that_a_power_loss_cut_short_are_compiled_anew(site: Path, zeros: int) -> None:
     assert answer(start(site)) == (HALF, False)
@@ -378,6 +382,7 @@ def test_kernels_that_a_power_loss_cut_short_are_compiled_anew(site: Path, zeros
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 def test_kernel_with_a_changed_byte_is_not_run(site: Path) -> None:
     assert answer(start(site)) == (HALF, False)
     (kept,) = (site.parent / "cache").rglob("*.nbc")

@@ -12,7 +12,7 @@ from twin import CHANNELS, RATE, base_motion, fit_twin, keys, values_of, write_c
 import drysim
 from drysim.errors import SolverError
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.by_hand]
 
 MASS = 75.0
 KNOWN = f"oscillator: {{mass: {MASS}}}\nfriction: {{law: coulomb}}\n"

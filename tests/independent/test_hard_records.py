@@ -62,6 +62,7 @@ def test_jitter_of_a_tenth_of_a_step_is_refused(recorded):
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 def test_record_of_a_hundred_million_samples_is_solved_in_bounded_memory(tmp_path):
     # 250,000 s at 400 Hz, drawn and not stored; a process of its own tells its memory.
     (tmp_path / "long.yaml").write_text(
