@@ -20,6 +20,7 @@ from twin import RECORDED, fit_text, fit_twin, keys, values_of, write_columns, w
 import drysim
 from drysim.parallel import WorkerPool
 from drysim.results.fit import describe_interval
+from drysim.scenario.load import load
 from drysim.study.fit_law import LawFit, Parameter, Steps, profiles_of, refit_from_profiles
 from drysim.study.fit_least_squares import Differentiable, LeastSquares, final_fit, sizes
 from drysim.study.fit_model import build_model, fitted_end
@@ -915,6 +916,26 @@ def test_command_writes_files_that_run_and_can_be_fitted_again(drysim, short, tm
     assert (tmp_path / "out" / "again" / "fit.csv").read_bytes() == (
         out / "fit.csv"
     ).read_bytes()
+
+
+def test_fitted_scenario_keeps_sweep_checks_and_design(drysim, short, tmp_path):
+    for name in ("base.csv", "run.csv", "twin.yaml"):
+        shutil.copy(short[1] / name, tmp_path)
+    words = ["fit", "twin.yaml", "--no-plots", "--out", "out"]
+    for block in (
+        "sweep={oscillator.damping: [300, 400]}",
+        "checks=[T_a < 5, T_a < 4 at oscillator.damping >= 350]",
+        "design={vary: {oscillator.damping: {from: 100, to: 900}}, minimise: T_a, within: []}",
+    ):
+        words += ["--set", block]
+        done = drysim(*words)
+        command = "design" if "design" in block else "sweep"
+        assert done.err.splitlines()[-1] == f"next: drysim {command} out/fitted.yaml"
+        assert drysim("validate", "out/fitted.yaml").code == 0
+    fitted = load("out/fitted.yaml")
+    assert len(fitted.checks) == 2
+    assert list(fitted.sweep[0].values) == [300.0, 400.0]
+    assert fitted.design.minimise == ("T_a",)
 
 
 def test_number_of_workers_changes_no_byte(drysim, short, tmp_path):

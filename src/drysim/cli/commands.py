@@ -483,6 +483,8 @@ def show_next_command(result: FitResult, folder: Path) -> None:
 
     if not result.is_useless:
         command = "sweep" if result.scenario.sweep else "run"
+        if result.scenario.design is not None:
+            command = "design"
         terminal.print_stderr(f"next: drysim {command} {folder / FITTED_FILE}")
 
 

@@ -459,7 +459,10 @@ def fitted_scenario(law_fit: LawFit) -> Scenario:
     """Return the scenario with the fitted values, without its fit block and checks of it."""
     scenario = law_fit.model.at(law_fit.values)
     document, friction = scenario.document, scenario.active_friction
-    fields = without_fit_checks(scenario).copy_with({"fit": None}).resolved()
+    # Axes and conditions of these name keys, which only the reading of a file resolves.
+    judged = without_fit_checks(scenario)
+    unread = {"fit": None, "design": None, "checks": ()}
+    fields = judged.copy_with(unread).resolved()
     if friction is not None:
         options = friction.model_dump(by_alias=True, exclude_none=True, mode="json")
         law_keys = fields_by_key(LAWS[friction.law])  # without the options of other laws
@@ -467,7 +470,8 @@ def fitted_scenario(law_fit: LawFit) -> Scenario:
     context = {"folder": scenario.folder, "document": document}
     plain = Scenario.model_validate(fields, context=context)
     swept = law_fit.model.scenario
-    return plain.copy_with({"sweep": swept.sweep, "reference": swept.reference})
+    kept = {"sweep": swept.sweep, "reference": swept.reference}
+    return plain.copy_with(kept | {"design": scenario.design, "checks": judged.checks})
 
 
 def reason_of(law_fit: LawFit, group: tuple[int, ...]) -> str:
