@@ -796,6 +796,9 @@ def test_closest_design_at_its_bound_is_said_to_be_there(tmp_path, monkeypatch, 
     assert "at its upper bound" in done.out
     fields = json.loads(Path("out/study-design/drysim.json").read_text("utf-8"))
     assert fields["design"]["at_bounds"] == {"oscillator.damping": "upper"}
+    has_best = Path("out/study-design/best.yaml").is_file()
+    following = "next: drysim run out/study-design/best.yaml\n"
+    assert done.err.endswith(following) is has_best
 
 
 @pytest.mark.parametrize(
@@ -818,6 +821,7 @@ def test_ends_and_knee_of_a_front_are_listed(
     ]
     assert damping == sorted(damping)
     assert len(damping) == 2 + has_knee
+    assert done.err.endswith("next: drysim run out/study-design/best.yaml\n")
     assert ("end of the front, which has no knee" in done.out) is not has_knee
     assert ("knee of the front" in done.out) is has_knee
 

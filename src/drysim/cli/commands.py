@@ -36,6 +36,7 @@ from drysim.errors import (
 if TYPE_CHECKING:
     from drysim.scenario.model import Scenario
     from drysim.study.case import Case
+    from drysim.study.design import DesignResult
     from drysim.study.doctor import Finding
     from drysim.study.fit import FitResult
 
@@ -471,12 +472,12 @@ def fit(
         total=study.count_steps(loaded),
         items="steps",
         parts=Parts("steps", loaded, resume, finished=lambda store: (0, 0)),
-        after=show_next_command,
+        after=show_command_after_fit,
     )
     return carry_out(job, common)
 
 
-def show_next_command(result: FitResult, folder: Path) -> None:
+def show_command_after_fit(result: FitResult, folder: Path) -> None:
     """Print how to continue with the fitted values."""
     from drysim.console import terminal
     from drysim.results.fit import FITTED_FILE
@@ -525,8 +526,18 @@ def design(
         items="designs",
         executor=partial(work.case_executor, cluster, workers, common.mode, certificates),
         parts=work.design_parts(case, resume),
+        after=show_command_after_design,
     )
     return carry_out(job, common)
+
+
+def show_command_after_design(result: DesignResult, folder: Path) -> None:
+    """Print how to continue with the best design, if there is one."""
+    from drysim.console import terminal
+    from drysim.results.design import BEST_FILE
+
+    if result.complete and result.best is not None:
+        terminal.print_stderr(f"next: drysim run {folder / BEST_FILE}")
 
 
 def branches(

@@ -396,7 +396,7 @@ def prepare_design(scenario: Scenario) -> Case:
     require_scenario(scenario)
     block = scenario.design
     if block is None:
-        sentence = "design is required: the keys to vary and the metric to minimise"
+        sentence = "design is required: the keys to vary, and the metric to minimise"
         raise scenario.error(sentence, DESIGN_KEY, design_example(scenario))
     if until := stopping_rule(scenario):
         sentence = (
