@@ -305,6 +305,14 @@ class Recorded(InFile):
         ("unit", "full_scale"),
     )
 
+    _block: str = PrivateAttr("excitation")
+
+    def model_post_init(self, context: Any, /) -> None:
+        """Store folder and block of the scenario from the validation context."""
+        super().model_post_init(context)
+        if isinstance(context, Mapping) and "block" in context:
+            self._block = context["block"]
+
     if TYPE_CHECKING:
         quantity: str
         """Measured quantity, a key of `SI`; a field of every class with a choice."""
@@ -368,7 +376,7 @@ class Recorded(InFile):
     @property
     def block(self) -> str:
         """Block of the scenario that has the options of the column."""
-        return "excitation"
+        return self._block
 
     def with_file(self, file: str) -> Self:
         """Return the same block for another file, not validated."""

@@ -106,13 +106,7 @@ class ChannelQuantity(Block):
 
 
 class ChannelRecord(Recorded, ChannelQuantity):
-    """A channel of the measured response with everything that is needed to read it."""
-
-    @property
-    def block(self) -> str:
-        """Block of the scenario that has the options of the column."""
-        (name,) = (name for name, quantity in CHANNELS.items() if quantity == self.quantity)
-        return f"fit.measured.{name}"
+    """A channel of a measurement with everything that is needed to read it."""
 
 
 class Channel(Block):
@@ -147,11 +141,11 @@ ChannelOption = Annotated[
 ]
 
 
-class MeasuredResponse(InFile):
-    """Measured response of the mass, or force and motion of a friction rig.
+class Measurements(InFile):
+    """Channels in a file, on one time axis: what is measured for a fit and for an assessment.
 
     Times count as those of the base motion: both files start at the same instant unless their
-    time columns say otherwise. A free decay begins with its first sample.
+    time columns say otherwise.
     """
 
     skip: Annotated[int, Field(strict=True, ge=0)] = 0
@@ -170,11 +164,6 @@ class MeasuredResponse(InFile):
     """Absolute acceleration of the mass."""
     x_r: ChannelOption | None = None
     """Displacement of the mass relative to the base, such as the stroke of a seat."""
-    v_r: ChannelOption | None = None
-    """Velocity of the mass relative to the base."""
-    F_f: ChannelOption | None = None
-    """Force of a rig, positive where it opposes v_r > 0, with or without those of spring and
-    damper; with `v_r` or `x_r`, which then are the imposed motion."""
     delay: Time = 0.0
     """Time by which the measured response lags the base motion [s]; default 0."""
     gaps: Gaps | None = None
@@ -186,49 +175,80 @@ class MeasuredResponse(InFile):
     """The part to use, `{from: 10 s, to: 70 s}`; default: all that the base motion covers."""
 
     at_most_one_of: ClassVar[tuple[tuple[str, ...], ...]] = (("time", "rate", "step"),)
-    any_of: ClassVar[tuple[tuple[str, ...], ...]] = (("x_dd", "x_r", "v_r", "F_f"),)
+    quantities: ClassVar[dict[str, str]] = CHANNELS
+    """Measured quantity of each channel that the block may have."""
+    path_of_block: ClassVar[str] = f"{FIT_KEY}.measured"
+    """Path of the block in a scenario."""
 
     @model_validator(mode="after")
     def _check_channels(self) -> Self:
-        if self.F_f is not None:
-            if self.x_dd is not None:
-                raise InvalidValue(
-                    "stands beside F_f, but a rig imposes its motion; remove it", "x_dd"
-                )
-            for name in self.channels:
-                if getattr(self, name).remove.any:
-                    rule = "is not supported for a rig, whose samples are fitted as they are"
-                    raise InvalidValue(rule, name, "remove")
-            if (self.v_r is None) == (self.x_r is None):
-                raise InvalidValue("requires the imposed motion, either v_r or x_r", "F_f")
         for name in self.channels:
-            try:
-                self.record(name)
-            except ValidationError as fault:
-                for keys, sentence in validation_faults(fault, {}):
-                    key = str(keys[0]) if keys else ""
-                    inside = key in Channel.model_fields
-                    message = sentence.removeprefix(f"{key} ")
-                    raise InvalidValue(message, *((name, key) if inside else (key,))) from None
+            self.check_channel(name)
         return self
+
+    def check_channel(self, name: str) -> None:
+        """Raise InvalidValue for a channel whose options are no record."""
+        try:
+            self.record(name)
+        except ValidationError as fault:
+            for keys, sentence in validation_faults(fault, {}):
+                key = str(keys[0]) if keys else ""
+                inside = key in Channel.model_fields
+                message = sentence.removeprefix(f"{key} ")
+                raise InvalidValue(message, *((name, key) if inside else (key,))) from None
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of the measured channels."""
-        return tuple(name for name in CHANNELS if getattr(self, name) is not None)
+        return tuple(name for name in self.quantities if getattr(self, name) is not None)
+
+    def record(self, name: str) -> ChannelRecord:
+        """Return a channel as a record."""
+        shared = self.model_dump(
+            by_alias=True, exclude_none=True, include={*Recorded.model_fields, "file"}
+        )
+        channel = getattr(self, name).model_dump(exclude_none=True)
+        return ChannelRecord.model_validate(
+            {**shared, **channel, "quantity": self.quantities[name]},
+            context={"folder": self._folder, "block": f"{self.path_of_block}.{name}"},
+        )
+
+
+class MeasuredResponse(Measurements):
+    """Measured response of the mass, or force and motion of a friction rig.
+
+    Times count as those of the base motion: both files start at the same instant unless their
+    time columns say otherwise. A free decay begins with its first sample.
+    """
+
+    v_r: ChannelOption | None = None
+    """Velocity of the mass relative to the base."""
+    F_f: ChannelOption | None = None
+    """Force of a rig, positive where it opposes v_r > 0, with or without those of spring and
+    damper; with `v_r` or `x_r`, which then are the imposed motion."""
+
+    any_of: ClassVar[tuple[tuple[str, ...], ...]] = (("x_dd", "x_r", "v_r", "F_f"),)
+
+    @model_validator(mode="after")
+    def _check_rig(self) -> Self:
+        if self.F_f is None:
+            return self
+        if self.x_dd is not None:
+            raise InvalidValue(
+                "stands beside F_f, but a rig imposes its motion; remove it", "x_dd"
+            )
+        for name in self.channels:
+            if getattr(self, name).remove.any:
+                rule = "is not supported for a rig, whose samples are fitted as they are"
+                raise InvalidValue(rule, name, "remove")
+        if (self.v_r is None) == (self.x_r is None):
+            raise InvalidValue("requires the imposed motion, either v_r or x_r", "F_f")
+        return self
 
     @property
     def is_rig(self) -> bool:
         """Whether the measurement is that of a friction rig, without dynamics."""
         return self.F_f is not None
-
-    def record(self, name: str) -> ChannelRecord:
-        """Return a channel as a record."""
-        shared = self.model_dump(by_alias=True, exclude_none=True, exclude={*CHANNELS, "delay"})
-        channel = getattr(self, name).model_dump(exclude_none=True)
-        return ChannelRecord.model_validate(
-            {**shared, **channel, "quantity": CHANNELS[name]}, context={"folder": self._folder}
-        )
 
 
 class Noise(Block):

@@ -9,12 +9,12 @@ every friction law is evaluated by the same exact solution.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, product
 from math import ceil, floor
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ from drysim.scenario.fit import (
     START_KEYS,
     ChannelRecord,
     Fit,
+    Measurements,
 )
 from drysim.scenario.keys import numeric_keys
 from drysim.scenario.model import Scenario, law_uses_key
@@ -49,6 +50,9 @@ from drysim.study.starting_values import (
 )
 from drysim.study.statistics import max_seeds
 from drysim.wording import format_number
+
+if TYPE_CHECKING:
+    from drysim.excitation.recorded import Record
 
 RIG_MASS = 1e15
 """Mass that no friction force accelerates [kg]."""
@@ -676,7 +680,11 @@ def build_model(scenario: Scenario) -> FitModel:
             "write `excitation: {kind: rest}`"
         )
         raise scenario.error(sentence, "excitation")
-    measurement = read_measurement(scenario, fit, motion)
+    measurement = (
+        read_rig(fit, motion)
+        if fit.measured.is_rig
+        else read_measurement(scenario, fit.measured, motion, fit.free)
+    )
     count = len(measurement.t)
     if shortage := shortage_message(
         f"{count} measured samples", count * BYTES_PER_SAMPLE, "use a shorter `window`"
@@ -757,18 +765,36 @@ def imposed_record(fit: Fit) -> ChannelRecord:
 
 def imposed_motion(fit: Fit) -> Samples:
     """Return the base motion that gives a fixed mass the relative motion of a rig."""
+    channel = imposed_record(fit)
+    return as_base_motion(channel, {"scale": -channel.scale, "gravity": "keep"}).motion()
+
+
+def as_base_motion(channel: ChannelRecord, options: Mapping[str, Any]) -> Record:
+    """Return a measured channel as the base motion of a scenario, with some options."""
     from drysim.excitation.recorded import Record
 
-    channel = imposed_record(fit)
     document = channel.model_dump(by_alias=True, exclude_none=True)
-    document |= {"kind": "record", "scale": -channel.scale, "gravity": "keep"}
-    record = Record.model_validate(document, context={"folder": channel.path.parent})
-    record = record.model_copy(update={"file": channel.path.name})
-    return record.motion()
+    context = {"folder": channel.path.parent, "block": channel.block}
+    record = Record.model_validate({**document, "kind": "record", **options}, context=context)
+    return record.model_copy(update={"file": channel.path.name})
 
 
-def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> Measurement:
+def read_measurement(
+    scenario: Scenario,
+    measured: Measurements,
+    motion: Sines | Samples,
+    free: Collection[str] | None = None,
+) -> Measurement:
     """Read the measured channels and place them on the time axis of the base motion.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its excitation is the base motion.
+    measured : Measurements
+    motion : Sines or Samples
+    free : collection of str, optional
+        The keys that are fitted, of a fit.
 
     Raises
     ------
@@ -776,15 +802,13 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
         If a channel cannot be used, its step does not fit that of the base motion, or the two
         records have no time in common.
     """
-    if fit.measured.is_rig:
-        return read_rig(fit, motion)
-    display_path = str(fit.measured.path)
+    display_path, block = str(measured.path), measured.path_of_block
     channels: dict[str, Floats] = {}
     inputs: list[Input] = []
     warnings: list[WarningMessage] = []
     series: Series | None = None
-    for name in fit.measured.channels:
-        record = fit.measured.record(name)
+    for name in measured.channels:
+        record = measured.record(name)
         read, source, seen = read_series(record)
         series = series or read
         channels[name] = np.asarray(read.values[:], dtype=np.float64)
@@ -793,8 +817,9 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
             column = f" of column `{record.column}`" if record.column is not None else ""
             sentence = f"{name} is {level} in every sample{column}: no motion was recorded"
             raise record_error(display_path, sentence)
-        if name == "x_dd" and not keeps_mean(scenario):
-            check_response_gravity(record, measure_level(channels[name]))
+        keeps_mean = getattr(scenario.excitation, "gravity", "refuse") == "keep"
+        if name == "x_dd" and not (keeps_mean or OFFSET_KEY in (free or ())):
+            check_response_gravity(record, measure_level(channels[name]), free is not None)
         inputs.append(source)
         # The relative motion of a mass that sticks stands still.
         may_freeze = name != "x_dd"
@@ -808,9 +833,9 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
     if stride < 0.5 or abs(stride - round(stride)) > GRID_TOLERANCE / n * max(1.0, stride):
         steps = format_number(series.dt, "s", 9), format_number(step, "s", 9)
         # Linear interpolation of a displacement is refused.
-        by = "spline" if fit.measured.record(name).quantity == "displacement" else "line"
+        by = "spline" if measured.record(name).quantity == "displacement" else "line"
         remedy = (
-            f"add `resample: {{step: {steps[1]}, by: {by}}}` to fit.measured"
+            f"add `resample: {{step: {steps[1]}, by: {by}}}` to {block}"
             if isinstance(motion, Samples)
             else f"set solver.step to {steps[0]}"
         )
@@ -825,11 +850,11 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
     if abs(offset - first) > GRID_TOLERANCE:
         sentence = (
             f"its samples lie between those of the base motion, by "
-            f"{format_number((offset - first) * step, 's')}; add `resample` to fit.measured"
+            f"{format_number((offset - first) * step, 's')}; add `resample` to {block}"
         )
         raise record_error(display_path, sentence)
     # A response that lags answers to the base motion that much earlier.
-    lag = fit.measured.delay / step
+    lag = measured.delay / step
     skip = max(0, ceil((lag - first) / stride - GRID_TOLERANCE))
     last = n
     if isinstance(motion, Samples):
@@ -863,20 +888,18 @@ def read_measurement(scenario: Scenario, fit: Fit, motion: Sines | Samples) -> M
     return Measurement(channels, t, first, stride, unique, once)
 
 
-def keeps_mean(scenario: Scenario) -> bool:
-    """Return whether a mean of the measured acceleration is expected, or fitted."""
-    is_kept = getattr(scenario.excitation, "gravity", "refuse") == "keep"
-    return is_kept or OFFSET_KEY in fit_of(scenario).free
+def check_response_gravity(record: ChannelRecord, level: Level, is_fitted: bool) -> None:
+    """Raise RecordError if a measured acceleration at rest looks like gravity.
 
-
-def check_response_gravity(record: ChannelRecord, level: Level) -> None:
-    """Raise RecordError if a measured acceleration at rest looks like gravity."""
+    The message names a remedy that only a fit has if it `is_fitted`.
+    """
     if is_gravity(level.rest) or is_gravity(level.rest / (record.scale or 1.0)):
         where, trend = ("at rest", "rest") if level.is_at_rest else ("the mean of", "mean")
         sentence = (
             f"{where} x_dd is {level.rest:.4g} m/s², which looks like gravity: remove it with "
-            f"{record.remove.yaml_with(trend=trend)} in {record.block}, or fit it with "
-            f"`{OFFSET_KEY}: {{}}` in fit.free"
+            f"{record.remove.yaml_with(trend=trend)} in {record.block}"
+            + f", or fit it with `{OFFSET_KEY}: {{}}` in fit.free"
+            * is_fitted
         )
         raise record_error(str(record.path), sentence)
 

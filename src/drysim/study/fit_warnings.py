@@ -47,6 +47,12 @@ WRONG_UNITS = {
 }
 """Factors by which the units of channels are often wrong, in words."""
 
+SIGN_FAULT = "the sign of {name} seems to be wrong: `scale: -1`"
+SWAP_FAULT = "base and mass seem to be swapped: exchange the columns"
+LAG_FAULT = "the measured response seems to lag by {lag}: {remedy} `measured.delay`"
+UNIT_FAULT = "the unit of {name} seems to be wrong by a factor of {factor}"
+"""Usual faults of a record, in words."""
+
 CLIPPED = "record-clipped"
 """Warning about samples at the end of the range of a sensor."""
 
@@ -174,24 +180,23 @@ def possible_faults(model: FitModel) -> Iterator[tuple[str, FitModel]]:
         return replace(model, measurement=measured._replace(channels=channels))
 
     for name in model.compared:
-        yield f"the sign of {name} seems to be wrong: `scale: -1`", multiplied(name, -1.0)
+        yield SIGN_FAULT.format(name=name), multiplied(name, -1.0)
     whole = isinstance(motion, Samples) and len(measured.t) == len(motion.u_dd)
     if "x_dd" in measured.channels and isinstance(motion, Samples) and whole:
         swapped = measured._replace(channels=measured.channels | {"x_dd": motion.u_dd[:]})
         exchanged = motion._replace(u_dd=measured.channels["x_dd"], u=None)
-        fault = "base and mass seem to be swapped: exchange the columns"
-        yield fault, replace(model, measurement=swapped, motion=exchanged)
+        yield SWAP_FAULT, replace(model, measurement=swapped, motion=exchanged)
     if stated := model.stated_start:
         yield describe_wrong_start(stated), model.with_free_start(stated)
     # Nothing lags behind a base at rest.
     if DELAY_KEY not in [p.key for p in model.parameters] and not is_decay(model.scenario):
         far = 20.0 * measured.dt
         delay = FreeParameter(DELAY_KEY, "s", -far, far, 0.0)
-        fault = "the measured response seems to lag by {lag}: free `measured.delay`"
+        fault = LAG_FAULT.format(lag="{lag}", remedy="free")
         yield fault, replace(model, parameters=(*model.parameters, delay))
     for name in model.compared:
         for factor, fault in WRONG_UNITS.get(name, {}).items():
-            fault = f"the unit of {name} seems to be wrong by a factor of {fault}"
+            fault = UNIT_FAULT.format(name=name, factor=fault)
             yield fault, multiplied(name, factor)
 
 
