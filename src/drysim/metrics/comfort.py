@@ -51,10 +51,42 @@ WEIGHTINGS = {
 """Wk: seat, vertical. Wd: seat, horizontal. Wc: backrest, fore and aft."""
 
 DIRECTIONS = {"vertical": ("Wk", 1.0), "horizontal": ("Wd", 1.4)}
-"""Weighting and multiplying factor k [-] for the directions of a seat."""
+"""Weighting and multiplying factor k [-] for the directions of a seat: 1.4 a_wx, 1.4 a_wy and
+a_wz, directive 2002/44/EC, annex B.1."""
 
-UNVERIFIED_DIRECTIONS = ("horizontal",)
-"""Directions whose k was not verified against the text of ISO 2631-1."""
+
+class ExposureLimit(NamedTuple):
+    """Limit of the daily exposure to whole-body vibration."""
+
+    name: str
+    A_8: float
+    """Weighted RMS acceleration over 8 h [m/s²]."""
+    VDV: float
+    """Vibration dose of a day [m/s^1.75]."""
+
+    def hours(self, weighted: float, dose: float, length: float) -> tuple[float, float]:
+        """Return the hours a day until A(8), and until the dose, reaches the limit.
+
+        Parameters
+        ----------
+        weighted, dose : float
+            Weighted RMS acceleration [m/s²] and dose [m/s^1.75] of a record.
+        length : float
+            Length of the record [s].
+        """
+        day, hour = DAY_OF_WORK / HOUR, length / HOUR
+        by_rms = day * (self.A_8 / weighted) ** 2 if weighted else math.inf
+        return by_rms, hour * (self.VDV / dose) ** 4 if dose else math.inf
+
+
+HOUR, DAY_OF_WORK = 3600.0, 8 * 3600.0
+"""An hour, and the reference duration of daily exposures [s]."""
+
+EXPOSURE_LIMITS = (
+    ExposureLimit("action value", 0.5, 9.1),
+    ExposureLimit("limit value", 1.15, 21.0),
+)
+"""Directive 2002/44/EC, article 3 (2)."""
 
 
 class Weighted(NamedTuple):
@@ -105,14 +137,54 @@ def weighted_accelerations(
     mass = apply_weighting(step_means(response)[1], dt, name, periodic)[part]
     if not len(mass):
         return None
-    running = max_running_rms(mass, dt, periodic)
     grid = dt, len(response), part.start, part.stop
-    base_a_w, base_dose = recall_for(motion, weighted_base, *grid, name, periodic)
+    base = recall_for(motion, weighted_base, *grid, name, periodic)
+    return _of_weighted(mass, base, dt, k, periodic)
+
+
+def weighted_samples(
+    x_dd: Floats, u_dd: Floats | None, dt: float, part: slice, name: str, k: float
+) -> Weighted:
+    """Return the frequency-weighted accelerations of measured samples of mass and base.
+
+    Parameters
+    ----------
+    x_dd, u_dd : ndarray, shape (n,)
+        Samples [m/s²], taken as those of signals without power above half the sampling rate.
+        Without a base its values are 0.
+    dt : float
+        Step [s].
+    part : slice
+        Samples that count.
+    name : str
+        Weighting, one of `WEIGHTINGS`.
+    k : float
+        Multiplying factor of the direction [-].
+
+    Notes
+    -----
+    As `weighted_accelerations`, but the samples themselves are weighted: a record does not jump
+    between them.
+    """
+    mass, base = (
+        np.zeros(1)
+        if series is None
+        else apply_weighting(series, dt, name, averaged=False)[part]
+        for series in (x_dd, u_dd)
+    )
+    return _of_weighted(mass, (rms(base), _vibration_dose(base, dt)), dt, k)
+
+
+def _of_weighted(
+    mass: Floats, base: tuple[float, float], dt: float, k: float, periodic: bool = False
+) -> Weighted:
+    """Return what follows from a weighted mass, and from RMS and dose of a weighted base."""
+    running = max_running_rms(mass, dt, periodic)
     return Weighted(
         k * rms(mass),
-        k * base_a_w,
+        k * base[0],
         k * _vibration_dose(mass, dt),
-        k * base_dose,
+        k * base[1],
         None if running is None else k * running,
         k * float(np.abs(mass).max()),
     )
@@ -135,19 +207,23 @@ def weighted_base(
     return rms(base), _vibration_dose(base, dt)
 
 
-def apply_weighting(means: Floats, dt: float, name: str, periodic: bool = False) -> Floats:
-    """Return the weighted acceleration at the midpoints of the steps.
+def apply_weighting(
+    series: Floats, dt: float, name: str, periodic: bool = False, averaged: bool = True
+) -> Floats:
+    """Return the weighted acceleration at the midpoints of the steps, or at the samples.
 
     Parameters
     ----------
-    means : ndarray, shape (n,)
-        Means over the steps [m/s²].
+    series : ndarray, shape (n,)
+        Means over the steps, or samples [m/s²].
     dt : float
         Step [s].
     name : str
         Weighting.
     periodic : bool
         Whether the series repeats; else it is zero before its beginning and after its end.
+    averaged : bool
+        Whether the series has means, whose attenuation with frequency is compensated.
 
     Notes
     -----
@@ -155,11 +231,11 @@ def apply_weighting(means: Floats, dt: float, name: str, periodic: bool = False)
     zeros for `PADDING_TIME`, so that the filter's response to its end does not wrap around to
     its beginning.
     """
-    n = len(means)
+    n = len(series)
     length = n if periodic else fast_length(n + math.ceil(PADDING_TIME / dt))
-    spectrum = np.fft.rfft(means, length)
+    spectrum = np.fft.rfft(series, length)
     # Once for all series of a length.
-    spectrum *= recall(length, gain_at_lines, name, length, dt)
+    spectrum *= recall(length, gain_at_lines, name, length, dt, averaged)
     return np.asarray(np.fft.irfft(spectrum, length)[:n], dtype=np.float64)
 
 
@@ -174,10 +250,15 @@ def fast_length(least: int) -> int:
     return min(factor << (-(-least // factor) - 1).bit_length() for factor in odd)
 
 
-def gain_at_lines(name: str, length: int, dt: float) -> Complexes:
-    """Return the gain from means over steps dt [s] at all lines of a series; read-only."""
+def gain_at_lines(name: str, length: int, dt: float, averaged: bool = True) -> Complexes:
+    """Return the gain at all lines of a series of means over steps dt [s], or of samples.
+
+    It is read-only.
+    """
     f: Floats = np.fft.rfftfreq(length, dt).astype(np.float64)
-    gain: Complexes = weighting_gain(name, f) / averaging_gain(f, dt)
+    gain: Complexes = weighting_gain(name, f)
+    if averaged:
+        gain /= averaging_gain(f, dt)
     gain.flags.writeable = False
     return gain
 

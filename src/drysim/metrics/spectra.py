@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drysim.approach.solution import Response
 from drysim.core.model import Floats, Plant
@@ -104,8 +106,7 @@ def spectra(response: Response, window: tuple[float, float], segment: float) -> 
     u_dd, x_dd = (series[part] - series[part].mean() for series in step_means(response))
     n = max(1, round(segment / dt))
     f: Floats = np.arange(1, n // 2 + 1) / (n * dt)
-    G_u, G_x = (_cross_spectrum(series, series, n, dt).real for series in (u_dd, x_dd))
-    G_ux = _cross_spectrum(u_dd, x_dd, n, dt)
+    G_u, G_x, G_ux = _spectral_matrix(u_dd, x_dd, n, dt)
     with np.errstate(invalid="ignore", divide="ignore"):
         H1, coherence = G_ux / G_u, np.square(np.abs(G_ux)) / (G_u * G_x)
     # H1 and coherence are ratios: the gain of averaging cancels in them.
@@ -154,14 +155,127 @@ def third_octaves(
     return Bands(band_rms(u_dd), band_rms(x_dd), band_rms(u_dd, gain), band_rms(x_dd, gain))
 
 
-def _cross_spectrum(a: Floats, b: Floats, n: int, dt: float) -> Complexes:
-    """Return the one-sided cross spectrum of two series above 0 Hz, segments of n steps."""
+def _spectral_matrix(
+    u_dd: Floats, x_dd: Floats, n: int, dt: float, detrend: Literal["constant", False] = False
+) -> tuple[Floats, Floats, Complexes]:
+    """Return the one-sided PSDs and the cross spectrum above 0 Hz, of segments of n samples."""
     from scipy import signal
 
-    _, G = signal.csd(
-        a, b, fs=1.0 / dt, window="hann", nperseg=n, noverlap=n // 2, detrend=False
+    def cross_spectrum(a: Floats, b: Floats) -> Complexes:
+        _, G = signal.csd(
+            a, b, fs=1.0 / dt, window="hann", nperseg=n, noverlap=n // 2, detrend=detrend
+        )
+        return np.asarray(G[1:], dtype=np.complex128)
+
+    G_u, G_x = (cross_spectrum(series, series).real for series in (u_dd, x_dd))
+    return G_u, G_x, cross_spectrum(u_dd, x_dd)
+
+
+MIN_POWER_SHARE = 1e-3
+"""PSD of the base over its peak below which a transmissibility is dominated by leakage [-]."""
+
+
+def excited_lines(G_u: Floats) -> NDArray[np.bool_]:
+    """Return the mask of lines at which the base and both neighbours have significant power.
+
+    The neighbours count because a Hann window leaks into adjacent lines.
+    """
+    excited: NDArray[np.bool_] = G_u > MIN_POWER_SHARE * G_u.max(initial=0.0)
+    inside = excited.copy()
+    inside[1:] &= excited[:-1]
+    inside[:-1] &= excited[1:]
+    return inside
+
+
+HANN_OVERLAP_CORRELATION = 1.0 / 36.0
+"""Squared correlation of the spectra of white noise in two Hann windows that overlap by half:
+the square of the mean of the product of both windows over the mean of its square, 1/6."""
+
+
+class TransferEstimate(NamedTuple):
+    """Transmissibility of a measured mass over frequency; each array has shape (n,)."""
+
+    f: Floats
+    """Frequency [Hz]."""
+    G_u: Floats
+    G_x: Floats
+    """PSD of the samples of ü and of ẍ [(m/s²)²/Hz]."""
+    G_ux: Complexes
+    """Cross spectrum from ü to ẍ [(m/s²)²/Hz]."""
+    segment: float
+    """Length of a segment [s]."""
+    segments: int
+    """Number of segments averaged, half overlapping."""
+    averages: float
+    """Effective number of independent averages."""
+
+    @property
+    def H1(self) -> Complexes:
+        """G_ux/G_u [-]: with noise of the base too small by 1 + noise/signal of G_u."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(self.G_ux / self.G_u, dtype=np.complex128)
+
+    @property
+    def H2(self) -> Complexes:
+        """G_x/G_xu [-]: with noise of the mass too large by 1 + noise/signal of G_x."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(self.G_x / np.conj(self.G_ux), dtype=np.complex128)
+
+    @property
+    def Hv(self) -> Complexes:
+        """Geometric mean of H1 and H2 [-]: right if both have noise in the same proportion."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            size = np.sqrt(self.G_x / self.G_u)
+        return np.asarray(size * np.exp(1j * np.angle(self.G_ux)), dtype=np.complex128)
+
+    @property
+    def coherence(self) -> Floats:
+        """|G_ux|²/(G_u G_x): share of G_x that is linearly related to ü [-]."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.minimum(np.square(np.abs(self.G_ux)) / (self.G_u * self.G_x), 1.0)
+
+
+def transfer_estimate(
+    u_dd: Floats, x_dd: Floats, dt: float, segment: float
+) -> TransferEstimate:
+    """Return the transmissibility between measured samples of base and mass.
+
+    Parameters
+    ----------
+    u_dd, x_dd : ndarray, shape (n,)
+        Samples at the same instants [m/s²].
+    dt : float
+        Step [s].
+    segment : float
+        Length of a segment [s]; lines are 1/segment apart.
+
+    Notes
+    -----
+    Welch's method with Hann windows and half overlap, the mean of each segment removed, as
+    `scipy.signal.csd` does by default. H1 and H2: Bendat and Piersol, Random Data (2010),
+    section 6.2; Hv: Rocklin, Crowley and Vold (1985).
+
+    N segments that overlap by half are N/(1 + 2 c (N - 1)/N) independent averages, where c is
+    `HANN_OVERLAP_CORRELATION` (Welch 1967).
+    """
+    n = max(1, round(segment / dt))
+    f: Floats = np.arange(1, n // 2 + 1) / (n * dt)
+    count = 1 + (len(u_dd) - n) // (n - n // 2)
+    averages = count / (1.0 + 2.0 * HANN_OVERLAP_CORRELATION * (count - 1) / count)
+    matrix = _spectral_matrix(u_dd, x_dd, n, dt, "constant")
+    return TransferEstimate(f, *matrix, n * dt, count, averages)
+
+
+def combined_estimate(estimates: Sequence[TransferEstimate]) -> TransferEstimate:
+    """Return the estimate from all segments of several runs, whose lines are the same."""
+    weights = [found.segments for found in estimates]
+    G_u, G_x, G_ux = (
+        np.average([getattr(found, name) for found in estimates], axis=0, weights=weights)
+        for name in ("G_u", "G_x", "G_ux")
     )
-    return np.asarray(G[1:], dtype=np.complex128)
+    averages = sum(found.averages for found in estimates)
+    first = estimates[0]
+    return TransferEstimate(first.f, G_u, G_x, G_ux, first.segment, sum(weights), averages)
 
 
 def viscous_transmissibility(plant: Plant, f: Floats) -> Floats:

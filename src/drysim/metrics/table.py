@@ -20,12 +20,13 @@ from drysim.approach.solution import Trajectory
 from drysim.core.model import (
     ATTRACTING_MODULUS,
     NO_LIMITS,
+    Floats,
     Plant,
     State,
     StrokeLimits,
     Totals,
 )
-from drysim.metrics.comfort import Weighted
+from drysim.metrics.comfort import DAY_OF_WORK, Weighted, weighted_samples
 from drysim.metrics.energy import bumper_energy, contact_energy, mechanical_energy
 from drysim.metrics.stroke import (
     Excursions,
@@ -265,9 +266,6 @@ ZERO_MULTIPLIER = 1e-13
 """Modulus of the smaller Floquet multiplier that is rounding: those of orbits without sticking
 are larger by many orders of magnitude."""
 
-DAY_OF_WORK = 8 * 3600.0
-"""Reference duration of daily exposures [s]."""
-
 
 class Metric(NamedTuple):
     """One metric."""
@@ -408,6 +406,10 @@ METRICS = (
     Metric("A_8", "m/s2", "daily exposure A(8): a_w √(exposure/8 h), with the exposure a day "
            "that is stated",
            lambda m: m.weighted.a_w * sqrt(m.exposure / DAY_OF_WORK), (WEIGHTING, EXPOSURE)),
+    Metric("VDV_day", "m/s^1.75", "daily vibration dose: VDV (exposure/window)^(1/4), with the "
+           "exposure a day that is stated",
+           lambda m: m.weighted.dose * (m.exposure / m.length) ** 0.25, (WEIGHTING, EXPOSURE),
+           short_label="daily VDV"),
     Metric("energy_input", "J", "work of the base on the relative motion in the window",
            lambda m: m.work, kind=SIGNED),
     Metric("energy_stored", "J", "change of kinetic and elastic energy: of mass, spring and "
@@ -477,6 +479,60 @@ def evaluate(measured: Measured) -> dict[str, Any]:
     return {
         name: value.item() if isinstance(value, np.generic) else value
         for name, value in values.items()
+    }
+
+
+OF_ACCELERATIONS = ("a_u", "a_x", "T_a", "x_dd_peak")
+OF_STROKE = ("x_r_rms", PEAK_STROKE, "x_r_max", "x_r_min", STROKE_USED, "stroke_suffices")
+"""Metrics of measured samples besides the weighted ones: of acceleration and of stroke."""
+
+
+def evaluate_samples(
+    x_dd: Floats,
+    u_dd: Floats | None,
+    x_r: Floats | None,
+    dt: float,
+    part: slice,
+    limits: StrokeLimits | None = None,
+    settings: Any = None,
+) -> Values:
+    """Return every metric of measured samples by name; None where unknown.
+
+    Parameters
+    ----------
+    x_dd, u_dd, x_r : ndarray, shape (n,)
+        Samples of mass and base [m/s²] and of the stroke [m], None where not measured.
+    dt : float
+        Step [s].
+    part : slice
+        Samples of the window.
+    limits : StrokeLimits or None
+    settings : Measure, optional
+        The measure block of the scenario.
+    """
+    weights = settings and settings.weights
+    weighted = weights and weighted_samples(x_dd, u_dd, dt, part, *weights)
+    base, stroke = (np.zeros(1) if s is None else s[part] for s in (u_dd, x_r))
+    whole, mass = np.zeros(1) if x_r is None else x_r, x_dd[part]
+    length, rest = len(mass) * dt, State(0.0, 0.0)
+    squares = [float(np.mean(np.square(s))) * length for s in (stroke, mass, base)]
+    measured = Measured(
+        Plant(1.0, 0.0, 0.0), 0.0, length,
+        Totals(squares[0], 0.0, squares[1], 0.0, 0.0, 0.0, squares[2], None),
+        rest, rest,
+        lowest=min(float(stroke.min()), 0.0), highest=max(float(stroke.max()), 0.0),
+        run_lowest=min(float(whole.min()), 0.0), run_highest=max(float(whole.max()), 0.0),
+        upcrossings=0, chatter=0.0, closure=None, x_dd_peak=float(np.abs(mass).max()),
+        limits=limits, weighted=weighted, settings=settings,
+    )  # fmt: skip
+    names = {*OF_ACCELERATIONS, *(OF_STROKE if x_r is not None else ())}
+    names -= {"a_u", "T_a"} if u_dd is None else set()
+    return {
+        metric.name: metric.formula(measured)
+        if (metric.name in names or WEIGHTING in metric.needs)
+        and all(getattr(measured, need.attribute) is not None for need in metric.needs)
+        else None
+        for metric in METRICS
     }
 
 

@@ -12,7 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim import wording
-from drysim.metrics.spectra import BANDS, Spectra, viscous_transmissibility
+from drysim.metrics.spectra import (
+    BANDS,
+    MIN_POWER_SHARE,
+    Spectra,
+    TransferEstimate,
+    excited_lines,
+    viscous_transmissibility,
+)
 from drysim.plots import style
 from drysim.plots.response import BASE_STYLE, MARKED_POINTS, mass_style
 from drysim.plots.style import Style, set_title
@@ -21,9 +28,6 @@ from drysim.study.outcome import Outcome
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-MIN_POWER_SHARE = 1e-3
-"""PSD of the base over its peak below which H1 is dominated by leakage [-]."""
 
 PSD_RANGE = 1e-6
 """Lower end of the PSD axis over the peak [-]."""
@@ -61,9 +65,9 @@ def draw(outcome: Outcome) -> Figure | None:
     spectra = outcome.spectra
     if spectra is None:
         return None
-    excited = _excited_lines(spectra.G_u)
+    excited = excited_lines(spectra.G_u)
     figure, grid = style.panel_grid(2, 2)
-    _draw_psd(figure.add_subplot(grid[:, 0]), spectra)
+    draw_psd(figure.add_subplot(grid[:, 0]), spectra)
     above, below = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
     _draw_transmissibility(above, spectra, excited, outcome)
     _draw_coherence(below, spectra, excited)
@@ -87,19 +91,7 @@ def draw(outcome: Outcome) -> Figure | None:
     return figure
 
 
-def _excited_lines(G_u: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return the mask of lines at which the base and both neighbours have significant power.
-
-    The neighbours count because a Hann window leaks into adjacent lines.
-    """
-    excited: NDArray[np.bool_] = G_u > MIN_POWER_SHARE * G_u.max(initial=0.0)
-    inside = excited.copy()
-    inside[1:] &= excited[:-1]
-    inside[:-1] &= excited[1:]
-    return inside
-
-
-def _draw_psd(axes: Axes, spectra: Spectra) -> None:
+def draw_psd(axes: Axes, spectra: Spectra | TransferEstimate) -> None:
     """Draw the PSD of base and mass."""
     set_title(axes, "PSD of acceleration [(m/s²)²/Hz]")
     axes.plot(spectra.f, spectra.G_x, **mass_style(spectra.G_x), label="mass ẍ")

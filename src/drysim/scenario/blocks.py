@@ -347,15 +347,14 @@ class Measure(Block):
     they may exist, with Coulomb friction and F_fs above F_fk."""
     direction: Literal["vertical", "horizontal"] | None = None
     """Direction of vibration for a seated person; selects the weighting of ISO 2631-1 and its
-    factor: vertical Wk with k = 1, horizontal Wd with k = 1.4 (quoted from memory, not
-    checked against the text of the standard). Adds a_w, SEAT, VDV, SEAT_VDV, MTVV and
-    crest_factor."""
+    factor: vertical Wk with k = 1, horizontal Wd with k = 1.4 (directive 2002/44/EC, annex
+    B.1). Adds a_w, SEAT, VDV, SEAT_VDV, MTVV and crest_factor."""
     weighting: Literal["Wk", "Wd", "Wc"] | None = None
     """Frequency weighting of ISO 2631-1, with k = 1; with `direction` it must be the weighting
     of that direction."""
     exposure: Annotated[float, DailyExposure("s", at_least=60, at_most=86400)] | None = None
-    """Duration of exposure a day [s], such as `4 h`, at least 60 s; adds the daily exposure
-    A_8, which needs a weighting."""
+    """Duration of exposure a day [s], such as `4 h`, at least 60 s; adds the daily exposures
+    A_8 and VDV_day, which need a weighting."""
     spectra: PlainOrBlock[Annotated[bool, BeforeValidator(_check_spectra)], SpectraOptions] = (
         False
     )

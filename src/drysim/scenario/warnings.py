@@ -20,7 +20,6 @@ from drysim.core.model import AnyLaw, Samples, Sines, blocks, max_abs
 from drysim.errors import RecordError, WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import EVERY_SEED, MEAN, Check
-from drysim.metrics.comfort import DIRECTIONS, UNVERIFIED_DIRECTIONS
 from drysim.metrics.table import METRICS_BY_NAME, SHARE, UNITS, Need
 from drysim.scenario.axes import (
     DIRECTION_KEY,
@@ -80,7 +79,7 @@ def scenario_warnings(
             warnings += _friction_warnings(scenario, motion)
         warnings += [
             *_approach_warnings(scenario, motion),
-            *_weighting_warnings(scenario, motion),
+            *weighting_warnings(scenario, motion),
         ]
     warnings += [
         *_sweep_warnings(scenario),
@@ -150,19 +149,8 @@ def _record_warnings(scenario: Scenario, motion: Samples) -> Iterator[WarningMes
     yield WarningMessage("coarse-record", sentence, {"step": motion.dt, "f_0": f_0})
 
 
-def _weighting_warnings(
-    scenario: Scenario, motion: Sines | Samples
-) -> Iterator[WarningMessage]:
-    """Warn of an unverified weighting factor, and of a grid too coarse for weighting."""
-    direction = scenario.measure.direction
-    if direction in UNVERIFIED_DIRECTIONS:
-        weighting, k = DIRECTIONS[direction]
-        yield WarningMessage(
-            "recalled",
-            f"the factor k = {k:g} of {direction} whole-body vibration is quoted from memory, "
-            f"not checked against the text of ISO 2631-1; `weighting: {weighting}` has k = 1",
-            {"k": k},
-        )
+def weighting_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[WarningMessage]:
+    """Warn of a grid too coarse for weighting."""
     step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
     if (
         scenario.measure.weights
