@@ -13,6 +13,7 @@ import drysim
 HEAVY = ("jinja2", "matplotlib", "numba", "pint", "scipy")
 
 NAMES = [
+    "AssessResult",
     "BranchesResult",
     "Comparison",
     "DesignResult",
@@ -29,6 +30,7 @@ NAMES = [
     "Table",
     "UsageError",
     "__version__",
+    "assess",
     "branches",
     "compare",
     "design",
@@ -154,7 +156,9 @@ def imported_modules(lines):
 def test_picture_of_a_run_loads_neither_pyplot_nor_other_results(seat, process):
     loaded = imported_modules(process("run", "seat.yaml", PYTHONPROFILEIMPORTTIME="1").err)
     assert {"matplotlib.figure", "drysim.plots.style"} <= loaded
-    others = {f"drysim.study.{name}" for name in ("branches", "design", "fit", "regimes")}
+    others = {
+        f"drysim.study.{name}" for name in ("assess", "branches", "design", "fit", "regimes")
+    }
     assert loaded & {"matplotlib.pyplot", *others} == set()
 
 

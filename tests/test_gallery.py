@@ -11,7 +11,7 @@ from pathlib import Path
 
 import golden
 import pytest
-from golden import DESIGNS, FITS, GALLERY, HARD, SCENARIOS, SHIPPED, SWEEPS
+from golden import ASSESSED, DESIGNS, FITS, GALLERY, HARD, SCENARIOS, SHIPPED, SWEEPS
 
 import drysim
 from drysim.scenario.laws import LAWS
@@ -41,6 +41,14 @@ def test_fit_keeps_the_promises_of_its_scenario_and_gives_one_that_runs(file):
     assert all(verdict.passed for verdict in result.checks)
     plain = drysim.run(result.scenario)
     assert not any(verdict.passed is False for verdict in plain.checks)
+
+
+@pytest.mark.parametrize("file", ASSESSED, ids=lambda file: file.stem)
+def test_assessment_keeps_the_promises_of_its_scenario(file):
+    result = drysim.assess(drysim.load(file))
+    assert result.checks
+    assert all(verdict.passed for verdict in result.checks)
+    assert not result.warnings
 
 
 @pytest.mark.parametrize("file", DESIGNS, ids=lambda file: file.stem)

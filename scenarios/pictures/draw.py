@@ -40,6 +40,7 @@ PICTURES = {
         ["sweep", f"{GALLERY}/shock-response-spectrum.yaml"],
         "srs.png",
     ),
+    "assess.png": (["assess", f"{GALLERY}/assess-seat.yaml"], "assess.png"),
     "design.png": (["design", f"{GALLERY}/design-seat.yaml"], "design.png"),
     "regime-map.png": (["map", f"{GALLERY}/regime-map.yaml"], "map.png"),
     "comparison.png": (

@@ -44,6 +44,7 @@ def lazy_getattr(package: str, modules: Mapping[str, str]) -> Callable[[str], An
 __version__ = "0.1.0"
 
 __all__ = [
+    "AssessResult",
     "BranchesResult",
     "Comparison",
     "DesignResult",
@@ -60,6 +61,7 @@ __all__ = [
     "Table",
     "UsageError",
     "__version__",
+    "assess",
     "branches",
     "compare",
     "design",
@@ -91,6 +93,7 @@ __getattr__ = lazy_getattr(
         "drysim.results.notebook": "to_html",
         "drysim.results.pictures": "plot",
         "drysim.scenario": "Scenario load scenario",
+        "drysim.study.assess": "AssessResult assess",
         "drysim.study.branches": "BranchesResult branches",
         "drysim.study.compare": "Comparison compare",
         "drysim.study.design": "DesignResult design",

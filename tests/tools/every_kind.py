@@ -32,14 +32,31 @@ COARSE = {"sweep.friction.kinetic.count": 5, "sweep.excitation.frequency.count":
 CHECKS = "checks: [T_a < 9]\n"
 
 
-@cache
 def twin() -> Scenario:
     """Return the scenario of a fit to a short twin."""
+    return drysim.load(twin_file())
+
+
+@cache
+def twin_file() -> Path:
+    """Return the file of that scenario, beside its records."""
     folder = Path(mkdtemp())
     atexit.register(shutil.rmtree, folder)
     write_twin(folder, TRUTH, seconds=2.0, noise={"x_dd": 0.01})
     (folder / "twin.yaml").write_text(fit_text(KNOWN, "friction.kinetic: {}"))
-    return drysim.load(folder / "twin.yaml")
+    return folder / "twin.yaml"
+
+
+def assessed() -> Scenario:
+    """Return the scenario of an assessment of the same twin, beside its model."""
+    measured = {"file": "run.csv", "time": "t", "x_dd": "x_dd", "x_r": "x_r"}
+    overrides = {
+        "fit": None,
+        "friction.kinetic": 20,
+        "assess": {"measured": measured},
+        "checks": ["T_a < 9"],
+    }
+    return drysim.load(twin_file(), overrides)
 
 
 def timed() -> Any:
@@ -63,6 +80,7 @@ WAYS = {
     "bench": timed,
     "hard": judged,
     "fit": lambda: drysim.fit(twin()),
+    "assess": lambda: drysim.assess(assessed()),
     "design": lambda: drysim.design(drysim.scenario(SEAT + DESIGN + CHECKS)),
     "branches": lambda: drysim.branches(drysim.scenario(SEAT + CHECKS, BRANCHES)),
     "map": lambda: drysim.map_regimes(drysim.load(find("regime-map").file, COARSE)),

@@ -41,9 +41,9 @@ from drysim.parallel import allow_processes
 
 COMMANDS: tuple[Callable[..., int], ...] = (
     commands.init, commands.run, commands.sweep, commands.compare, commands.fit,
-    commands.design, commands.branches, commands.regime_map, commands.validate,
-    commands.summarise, commands.report, commands.bench, commands.schema, commands.doctor,
-    manual, explain,
+    commands.assess, commands.design, commands.branches, commands.regime_map,
+    commands.validate, commands.summarise, commands.report, commands.bench, commands.schema,
+    commands.doctor, manual, explain,
 )  # fmt: skip
 """In the order of the help: what a new user needs first comes first."""
 

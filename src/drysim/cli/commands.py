@@ -489,6 +489,36 @@ def show_command_after_fit(result: FitResult, folder: Path) -> None:
         terminal.print_stderr(f"next: drysim {command} {folder / FITTED_FILE}")
 
 
+def assess(
+    context: typer.Context,
+    scenario: options.File,
+    changes: options.Changes = None,
+    out: options.NamedOut = None,
+    dry_run: options.DryRun = False,
+    strict: options.Strict = False,
+    no_plots: options.NoPlots = False,
+    picture_format: options.PictureFormat = "png",
+    report: options.Report = False,
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> int:
+    """Evaluate what was measured on base and mass: SEAT, exposure, transmissibility."""
+    from drysim.cli import work
+    from drysim.scenario.load import load
+    from drysim.study import assess as study
+
+    common = Common.of(context)
+    loaded = load(scenario, changes or [])
+    study.require_assess(loaded)
+    job = Job(
+        name=study_name(loaded.name, "assess"),
+        kind="assess",
+        plan=lambda folder: work.assess_plan(loaded, folder),
+        solve=lambda given: study.assess(loaded),
+    )
+    return carry_out(job, common)
+
+
 def design(
     context: typer.Context,
     scenario: options.File,

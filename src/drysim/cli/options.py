@@ -282,6 +282,7 @@ EXAMPLES = {
     "sweep": ("sweep seat.yaml", "sweep seat.yaml --over friction.kinetic=0:100:10"),
     "compare": ("compare signum vs stick-slip", "compare dahl vs coulomb seat.yaml --report"),
     "fit": ("fit rig.yaml", 'fit rig.yaml --set "fit.laws=[coulomb, stribeck, dahl]"'),
+    "assess": ("assess seat.yaml --report", "assess seat.yaml --set measure.exposure='6 h'"),
     "design": (
         "design seat.yaml",
         'design seat.yaml --set "design.within=[x_r_peak < 25 mm]" --report',

@@ -17,6 +17,7 @@ from drysim.wording import format_count, format_number, format_range, format_uni
 if TYPE_CHECKING:
     from drysim.cli.job import Work
     from drysim.cli.process import OutputMode
+    from drysim.scenario.model import Scenario
     from drysim.study.case import Case
     from drysim.study.design import DesignResult
     from drysim.study.fit_model import FitModel
@@ -165,6 +166,31 @@ def fit_plan(model: FitModel, folder: Path) -> Plan:
         "warnings": [warning.sentence for warning in record.warnings],
     }
     return Plan(fields, sentences, record.warnings)
+
+
+def assess_plan(scenario: Scenario, folder: Path) -> Plan:
+    """Return what an assessment would evaluate."""
+    from drysim.study.assess import prepare_runs
+
+    runs = [run for runs in prepare_runs(scenario) for run in runs]
+    found = [warning for run in runs for warning in run.measurement.warnings]
+    warnings = tuple({warning.sentence: warning for warning in found}.values())
+    lines = [
+        f"{run.name}: {format_count(len(run.measurement.t), 'sample')}, "
+        f"step {format_number(run.measurement.dt, 's')}"
+        for run in runs
+    ]
+    fields = {
+        "name": scenario.name,
+        "runs": [run.name for run in runs],
+        "samples": [len(run.measurement.t) for run in runs],
+        "model": runs[0].is_known,
+        "folder": folder.as_posix(),
+        "warnings": [warning.sentence for warning in warnings],
+    }
+    model = ", beside the model" if runs[0].is_known else ""
+    first = f"{scenario.name}: {format_count(len(runs), 'record')} to evaluate{model}"
+    return Plan(fields, [first, *lines], warnings)
 
 
 def map_plan(case: Case, folder: Path) -> Plan:

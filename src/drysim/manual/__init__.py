@@ -14,8 +14,8 @@ from typing import NamedTuple
 SECTIONS = {
     "start": ("symbols", "first-run"),
     "tasks": (
-        "own-record", "fit", "sweep", "map", "design", "branches", "compare", "seat", "seeds",
-        "shock", "force", "stages", "report", "python",
+        "own-record", "assess", "fit", "sweep", "map", "design", "branches", "compare", "seat",
+        "seeds", "shock", "force", "stages", "report", "python",
     ),
     "reference": (
         "scenario", "keys", "approaches", "friction", "end-stops", "metrics", "files",

@@ -20,6 +20,7 @@ from drysim.excitation.random import MACHINE_CLASSES
 from drysim.manual import examples, pages
 from drysim.messages import closest_match, did_you_mean
 from drysim.metrics.table import FIT_METRICS, METRICS
+from drysim.scenario.assess import ASSESS_KEY
 from drysim.scenario.keys import TAG_KEYS
 from drysim.scenario.laws import DEFAULT_LAW, LAW_KEY
 from drysim.study.gallery import SCHEMA_FILE, folder
@@ -223,6 +224,18 @@ LABELS = {
     "lyapunov": "Largest Lyapunov exponent of a steady motion: the rate at which motions that "
     "begin side by side part; above 0 the motion is chaotic.",
     "worst": "Where each approach deviates most from the reference in T_a; of a comparison.",
+    "peak |H1|": "Largest magnitude of the transmissibility H1 where the base moves, with its "
+    "95 % band; of an assessment.",
+    "model": "Oscillator and friction that the scenario states: their motion on the measured "
+    "base stands beside what was measured; of an assessment.",
+    "action value": "Hours a day after which the exposure reaches the action value of "
+    "directive 2002/44/EC, A(8) of 0.5 m/s²; of an assessment.",
+    "limit value": "Hours a day after which the exposure reaches the limit value of directive "
+    "2002/44/EC, A(8) of 1.15 m/s²; of an assessment.",
+    "runs": "Whether the runs of a test agree: how far each is from their mean, in SEAT and "
+    "a_w or, without a weighting, in T_a and a_x.",
+    "axis": "Axis of the seat with the highest weighted acceleration, which decides the daily "
+    "exposure.",
     "hysteresis": "Values of the first key at which sweeps up and down have different T_a, and "
     "the largest difference; of a sweep with direction: both.",
 }
@@ -285,6 +298,9 @@ FIT_WARNINGS = {
     "start-differs", "starts-disagree",
 }  # fmt: skip
 """Warnings of `drysim fit` only."""
+
+ASSESS_WARNINGS = {"channels-suspect", "runs-disagree"}
+"""Warnings of `drysim assess` only."""
 
 WARNING_EXAMPLE = "drysim {command} FILE --strict    # a warning makes the exit code 1"
 
@@ -353,6 +369,7 @@ def _table_entries(kind: str, rows: Sequence[tuple[str, str]]) -> Iterator[Entry
             yield Entry(word, kind, meaning, unit, where=where.replace("`", ""))
         else:
             command = "fit" if word in FIT_WARNINGS else "run"
+            command = "assess" if word in ASSESS_WARNINGS else command
             example = WARNING_EXAMPLE.format(command=command) if kind == WARNING else ""
             yield Entry(word, kind, fields[0], example=example)
 
@@ -654,9 +671,10 @@ def _default(block: Any, key: str, field: Any) -> str:
     for rule in block.get("allOf", ()):
         for words, then in (("oneOf", ""), ("anyOf", f": then {value}")):
             alternatives = [option["required"][0] for option in rule.get(words, ())]
-            if key in alternatives and (words == "oneOf" or value is not None):
+            needed = words == "oneOf" or value is not None or ASSESS_KEY in alternatives
+            if key in alternatives and needed and key != ASSESS_KEY:
                 others = " or ".join(f"`{other}`" for other in alternatives if other != key)
-                return f"required, or {others}{then}"
+                return f"required, or {others}{then if value is not None else ''}"
     if isinstance(value, bool | float):
         value = f"{value:g}" if isinstance(value, float) else str(value).lower()
     return "" if value in (None, "", []) or isinstance(value, dict) else str(value)

@@ -169,6 +169,7 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
         files=[name for name in fields["files"] if name != REPORT_FILE],
         version=drysim.__version__,
         what=kind.what,
+        is_sheet=kind.is_sheet,
         symbols=[(symbol, meanings(symbol.partition(",")[0])) for symbol in SYMBOLS],
         most=MAX_LISTED,
         state=state,
@@ -260,7 +261,7 @@ def sketch(folder: Path, varied: Collection[str]) -> Shown | None:
 
     try:
         scenario = drysim.load(folder / SCENARIO_FILE)
-        if scenario.fit is not None:
+        if scenario.fit is not None or scenario.missing_blocks:
             return None
         plant, law = scenario.oscillator.plant(), scenario.law()
     except DrysimError:  # as without the record of a force

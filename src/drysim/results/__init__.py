@@ -24,6 +24,7 @@ KINDS: Mapping[str, str] = {
     "bench": "bench.BENCH",
     "hard": "hard.HARD",
     "fit": "fit.FIT",
+    "assess": "assess.ASSESS",
     "design": "design.DESIGN",
     "branches": "branches.BRANCHES",
     "map": "regime_map.MAP",
@@ -51,8 +52,8 @@ def kind_of(result: Any) -> Kind:
     if name not in KINDS:
         raise UsageError(
             f"expected a result, not {type(result).__name__}",
-            "pass what drysim.run, sweep, compare, fit, design, branches or map_regimes "
-            "returned",
+            "pass what drysim.run, sweep, compare, fit, assess, design, branches or "
+            "map_regimes returned",
         )
     return kind_named(name)
 

@@ -80,6 +80,8 @@ class Kind:
         Returns the scenario that was solved, None for several.
     legend : str
         Kind of the words of a summary that a report explains.
+    is_sheet : bool
+        Whether its report prints on one page, to be signed: without explanations and tables.
     """
 
     name: str
@@ -90,6 +92,7 @@ class Kind:
     pictures: tuple[Picture, ...] = ()
     scenario: Callable[[Any], Scenario | None] = lambda result: result.scenario
     legend: str = ""
+    is_sheet: bool = False
 
     def writes(self, name: str) -> bool:
         """Whether a file of this name, relative to its folder, may belong to a result."""

@@ -14,6 +14,7 @@ from drysim.approach import APPROACHES_BY_NAME
 from drysim.block import Block
 from drysim.metrics.table import METRICS
 from drysim.scenario import model
+from drysim.scenario.assess import ASSESS_KEY
 from drysim.scenario.blocks import FORMAT_VERSION
 from drysim.scenario.laws import DEFAULT_LAW, LAW_KEY, LAWS
 
@@ -121,5 +122,9 @@ def scenario_schema() -> dict[str, Any]:
         metric.name for metric in METRICS if metric.name != "closure"
     ]
     del schema["$defs"]["Measure"]["properties"]["steady"]["default"]
+    schema["allOf"] = [  # what an assessment alone leaves out
+        {"anyOf": [{"required": [key]}, {"required": [ASSESS_KEY]}]}
+        for key in schema.pop("required")
+    ]
     del schema["properties"]["sweep"]["default"]  # no sweep: the block is absent
     return {"$schema": DIALECT} | schema

@@ -22,6 +22,7 @@ from pydantic import ValidationError
 from drysim.errors import Problem, ScenarioError, UsageError
 from drysim.messages import shorten
 from drysim.metrics.checks import has_condition
+from drysim.scenario.assess import with_missing_blocks
 from drysim.scenario.axes import SWEEP_KEY
 from drysim.scenario.blocks import MAX_NAME_LENGTH, invalid_name_reason
 from drysim.scenario.design import DESIGN_KEY, OVER_PATH, VARY_PATH
@@ -126,7 +127,7 @@ def scenario(source: Mapping[str, object] | str, overrides: Overrides = ()) -> S
 
 def validated(document: Document) -> Scenario:
     """Return the scenario of a document, or raise `ScenarioError` with all its errors."""
-    filled = with_placeholders(document.value)
+    filled = with_missing_blocks(with_placeholders(document.value))
     model, scenario = _choose_model(filled), None
     reading = Reading(document, model)
     with suppress(TooManyProblems):
@@ -173,7 +174,7 @@ def _choose_model(document: Mapping[str, Any]) -> type[Scenario]:
 def _read_scenario(
     reading: Reading, model: type[Scenario], filled: Mapping[str, Any]
 ) -> Scenario | None:
-    """Return the scenario of a document, completed where a fit provides values.
+    """Return the scenario of a document, completed where fit or assessment need no values.
 
     None after noting its errors.
     """

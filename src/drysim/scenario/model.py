@@ -29,6 +29,7 @@ from drysim.excitation.harmonic import Shock
 from drysim.excitation.recorded import Record
 from drysim.friction import Coulomb, Friction, RatioInterval
 from drysim.metrics.table import Need
+from drysim.scenario.assess import Assess, missing_blocks
 from drysim.scenario.axes import (
     DIRECTION_KEY,
     FILE_KEY,
@@ -131,6 +132,9 @@ class Scenario(FromFile):
     """Time window of the metrics."""
     fit: Fit | None = None
     """What `drysim fit` fits to a measured response; other commands ignore it."""
+    assess: Assess | None = None
+    """What `drysim assess` evaluates: measured records of base and mass; other commands ignore
+    it, and only they need `oscillator` and `excitation`."""
     design: Design | None = None
     """What `drysim design` chooses and minimises; other commands ignore it."""
     sweep: Sweep = ()
@@ -198,6 +202,11 @@ class Scenario(FromFile):
     def missing_values(self) -> list[str]:
         """Free keys of the fit without a value in the file, which only a fit provides."""
         return missing_values(self._document.value) if self.fit and self._document else []
+
+    @property
+    def missing_blocks(self) -> list[str]:
+        """Blocks that the file leaves out, as `drysim assess` needs none of them."""
+        return missing_blocks(self._document.value) if self.assess and self._document else []
 
     @property
     def unstated_start(self) -> list[str]:
@@ -417,6 +426,10 @@ class Scenario(FromFile):
         values["excitation"] = {"kind": self.excitation.kind} | values["excitation"]
         if self.fit is not None and relative_to is not None:
             values["fit"]["measured"]["file"] = self.fit.measured.file_from(relative_to)
+        if self.assess is not None and relative_to is not None:
+            runs = self.assess.measured
+            first, *more = [runs.of_file(file).file_from(relative_to) for file in runs.files]
+            values["assess"]["measured"] |= {"file": first, "more_files": more}
         if isinstance(self.excitation, Record) and relative_to is not None:
             values["excitation"]["file"] = self.excitation.file_from(relative_to)
             conditions = self.design.conditions.axes if self.design else ()
@@ -427,7 +440,7 @@ class Scenario(FromFile):
                     block[FILE_KEY] = [record.file_from(relative_to) for record in records]
         if self.friction is not None:
             values["friction"] = _friction_dict(self, self.friction, relative_to)
-        for key in (*self.missing_values, *self.unstated_start):
+        for key in (*self.missing_values, *self.unstated_start, *self.missing_blocks):
             values = without_value(values, key.split("."))
         member = self.solver.member().model_dump(mode="json", exclude_none=True)
         solver = values["solver"] | {self.solver.approach: member}

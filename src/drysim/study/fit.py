@@ -83,6 +83,7 @@ from drysim.study.outcome import Result, format_repr
 from drysim.study.preparation import (
     prepare,
     refuse_interval,
+    require_blocks,
     require_scenario,
     without_fit_checks,
 )
@@ -287,6 +288,7 @@ def fit(
 def require_fit(scenario: Scenario) -> None:
     """Raise a UsageError for anything but a scenario with a fit block."""
     require_scenario(scenario)
+    require_blocks(scenario)
     refuse_interval(scenario)
     if scenario.fit is None:
         raise UsageError(

@@ -12,6 +12,7 @@ from pathlib import Path
 import drysim
 from drysim.errors import OutputError, UsageError
 from drysim.messages import closest_match, did_you_mean
+from drysim.scenario.assess import ASSESS_KEY
 from drysim.scenario.axes import SWEEP_KEY
 from drysim.scenario.design import DESIGN_KEY
 from drysim.scenario.fit import FIT_KEY
@@ -47,7 +48,7 @@ class GalleryScenario:
     def command(self) -> str:
         """Command that the scenario is made for: by its blocks, or as its comments say."""
         document, text = read_document(self.file).value, self.file.read_text(encoding="utf-8")
-        studies = (name for name in (FIT_KEY, DESIGN_KEY) if name in document)
+        studies = (name for name in (FIT_KEY, DESIGN_KEY, ASSESS_KEY) if name in document)
         named = (name for name in NAMED_COMMANDS if f"`drysim {name}`" in text)
         return next(chain(studies, named), SWEEP_KEY if SWEEP_KEY in document else "run")
 

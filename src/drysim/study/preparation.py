@@ -37,7 +37,7 @@ from drysim.study.budget import (
 from drysim.study.case import LENGTH_TOLERANCE, Case
 from drysim.study.ring_down import cut_warnings, rest_steps
 from drysim.study.welch import check_spectra
-from drysim.wording import format_number
+from drysim.wording import format_number, join_words
 
 
 def require_scenario(scenario: Scenario) -> None:
@@ -48,6 +48,13 @@ def require_scenario(scenario: Scenario) -> None:
             f"expected a scenario, not {given}",
             "drysim.load reads one from a file, drysim.scenario one from a mapping or text",
         )
+
+
+def require_blocks(scenario: Scenario) -> None:
+    """Raise a ScenarioError if a block is missing, as `drysim assess` alone allows."""
+    if missing := scenario.missing_blocks:
+        sentence = f"required by all commands but `drysim assess`: {join_words(missing)}"
+        raise scenario.error(sentence, missing[0])
 
 
 def prepare(
@@ -76,6 +83,7 @@ def prepare(
         When `scenario` is not a Scenario, or the environment names an unknown engine.
     """
     require_scenario(scenario)
+    require_blocks(scenario)
     if missing := scenario.missing_values:
         sentence = (
             f"{missing[0]} has no value, as it is free in `fit`; use `drysim fit`, and then "

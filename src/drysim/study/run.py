@@ -54,7 +54,7 @@ from drysim.study.welch import BANDWIDTHS_PER_RESONANCE, resonance_width, segmen
 from drysim.wording import Point, format_length, format_number
 
 if TYPE_CHECKING:
-    from drysim.metrics.spectra import Spectra
+    from drysim.metrics.spectra import Spectra, TransferEstimate
 
 
 SolvedMotion = tuple[Response, tuple[float, float], tuple[WarningMessage, ...]]
@@ -429,7 +429,9 @@ def response_spectra(
     return estimate, tuple(spectra_warnings(case, estimate))
 
 
-def spectra_warnings(case: Case, estimate: Spectra) -> Iterator[WarningMessage]:
+def spectra_warnings(
+    case: Case, estimate: Spectra | TransferEstimate
+) -> Iterator[WarningMessage]:
     """Warn when the segments are too few, or too short for the resonance."""
     from drysim.metrics.spectra import HANN_BANDWIDTH
 

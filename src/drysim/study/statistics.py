@@ -448,7 +448,7 @@ def _moments(values: Floats) -> tuple[float, float | None, float | None]:
 
 
 @cache
-def student_t(degrees_of_freedom: int) -> float:
+def student_t(degrees_of_freedom: float) -> float:
     """Return the two-sided quantile of Student's t distribution at `CONFIDENCE`."""
     from scipy.special import stdtrit  # not needed without seeds
 

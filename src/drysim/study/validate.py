@@ -94,6 +94,7 @@ def locate_warning(scenario: Scenario, warning: WarningMessage, file: str) -> Pr
     document = scenario.document
     blocks = document.value if document else {}
     record = "fit.measured" if scenario.fit else "excitation.file"
+    record = record if "excitation" in blocks else "assess.measured"
     keys = [
         *(key for key in warning.numbers if key.startswith(LISTED)),
         *KEY.findall(warning.sentence),
@@ -141,12 +142,20 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[WarningMessag
         notes.append(f"measured: {', '.join(measured.channels)}, {span}")
         warned += measured.warnings
         scenario = without_fit_checks(scenario)
+    if scenario.assess is not None:
+        from drysim.study.assess import prepare_runs
+
+        for run in (each for runs in prepare_runs(scenario) for each in runs):
+            t = run.measurement.t
+            span = f"{len(t)} samples over {float(t[-1] - t[0]):.6g} s"
+            notes.append(f"assessed: {run.name}, {span}")
+            warned += run.measurement.warnings
     cases = []
     if scenario.design is not None:
         from drysim.study.design import prepare_design
 
         cases.append(prepare_design(scenario))
-    if not scenario.missing_values:
+    if not (scenario.missing_values or scenario.missing_blocks):
         cases.append(prepare(scenario, swept=bool(scenario.sweep), interval=True))
     for case in cases[:1]:  # the conditions of a design have all records
         notes += describe_clean_up(case.motion, case.law, case.records)

@@ -14,8 +14,6 @@ BANDWIDTHS_PER_RESONANCE = 3
 
 def check_spectra(case: Case) -> None:
     """Raise a ScenarioError if the requested spectra do not exist."""
-    from drysim.metrics.spectra import MIN_SEGMENT_STEPS
-
     scenario, key = case.scenario, "measure.spectra"
     if not scenario.measure.spectra:
         return
@@ -23,6 +21,14 @@ def check_spectra(case: Case) -> None:
         kind = scenario.excitation.kind
         sentence = f"does not apply to {kind}: spectra need random base motion or a record"
         raise scenario.error(f"{key} {sentence}", key)
+    check_segment(case)
+
+
+def check_segment(case: Case) -> None:
+    """Raise a ScenarioError if the segments are too short, or longer than the window."""
+    from drysim.metrics.spectra import MIN_SEGMENT_STEPS
+
+    scenario, key = case.scenario, "measure.spectra"
     segment, length = segment_length(case), case.window[1] - case.window[0]
     minimum = MIN_SEGMENT_STEPS * case.step
     if segment < minimum * (1 - LENGTH_TOLERANCE):

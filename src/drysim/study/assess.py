@@ -1,0 +1,684 @@
+"""Evaluation of measured records of base and mass, beside the model where there is one.
+
+The channels are read and placed on one time axis as for a fit, and the metrics are those of the
+table, evaluated on the samples. Several runs of a test give a mean, a spread and a verdict on
+whether they agree; the axes of a seat give the daily exposure of directive 2002/44/EC.
+
+A fault of the channels, such as a sign, shows in the transmissibility: without it that of a
+mass on a spring and a damper describes the measured one much better (`likely_fault`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from math import ceil, floor
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from drysim.core.compile import choose_engine
+from drysim.core.model import Floats, Input, Samples
+from drysim.errors import UsageError, WarningMessage
+from drysim.excitation.recorded import Record
+from drysim.metrics.checks import Verdict
+from drysim.metrics.comfort import EXPOSURE_LIMITS, STEP_TOLERANCE, Complexes
+from drysim.metrics.spectra import (
+    Spectra,
+    TransferEstimate,
+    combined_estimate,
+    excited_lines,
+    spectra,
+    transfer_estimate,
+)
+from drysim.metrics.table import (
+    PEAK_STROKE,
+    STROKE_USED,
+    Metrics,
+    Values,
+    evaluate,
+    evaluate_samples,
+)
+from drysim.records.columns import record_error
+from drysim.scenario.assess import AXES, Assess, MeasuredRuns
+from drysim.scenario.model import Scenario
+from drysim.scenario.warnings import weighting_warnings
+from drysim.study.budget import case_cost
+from drysim.study.case import Case
+from drysim.study.fit_model import GRID_TOLERANCE, Measurement, as_base_motion, read_measurement
+from drysim.study.fit_warnings import (
+    LAG_FAULT,
+    MUCH_BETTER,
+    SIGN_FAULT,
+    SWAP_FAULT,
+    UNIT_FAULT,
+    WRONG_UNITS,
+)
+from drysim.study.outcome import Result, count_verdicts, format_repr
+from drysim.study.preparation import (
+    assemble,
+    base_motion,
+    refuse_interval,
+    require_scenario,
+    without_fit_checks,
+)
+from drysim.study.run import (
+    march_from_start,
+    observe_window,
+    spectra_warnings,
+    trajectory_of_response,
+    weighted_motion,
+)
+from drysim.study.statistics import NORMAL_95, student_t
+from drysim.study.welch import check_segment, segment_length
+from drysim.wording import format_count, format_number, format_percent, join_words
+
+AGREEING = {True: ("SEAT", "a_w"), False: ("T_a", "a_x")}
+"""Metrics in which runs must agree, with and without a weighting."""
+
+OF_THE_DAY = ("A_8", "VDV_day")
+"""Metrics of the axis that decides the daily exposure."""
+
+
+class Run(NamedTuple):
+    """One record along one axis."""
+
+    file: str
+    axis: str
+    """`x`, `y` or `z`; empty where no direction is stated."""
+    length: float
+    """Length of the window [s]."""
+    metrics: Values
+    """Measured metrics by name, in SI units; None where unknown."""
+    transfer: TransferEstimate | None = None
+    """Measured spectra and transmissibility; None without a base."""
+    model: Values | None = None
+    """The same metrics of the model on the measured base; None without a model."""
+    model_spectra: Spectra | None = None
+
+
+class Exposure(NamedTuple):
+    """Hours a day until the limits of directive 2002/44/EC are reached, along one axis."""
+
+    axis: str
+    a_w: float
+    VDV: float
+    """Means over the runs [m/s²], [m/s^1.75], times k."""
+    hours: dict[str, tuple[float, float]]
+    """Name of each limit: hours until A(8), and until the dose, reaches it; infinite for
+    never."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AssessResult(Result):
+    """What was measured on base and mass, beside the model.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        With its assess block.
+    motion : Samples
+        Measured base motion of the first run.
+    inputs : tuple of Input
+        The records.
+    runs : tuple of Run
+        The runs along the axis of `measured`.
+    others : tuple of Run
+        The runs along other axes.
+    metrics : dict
+        Means of the measured metrics over the runs, by name, of peaks the largest; `A_8` and
+        `VDV_day` are those of the axis that decides.
+    model : dict or None
+        The same of the metrics of the model.
+    exposures : tuple of Exposure
+        One for each axis, the one with the highest a_w first; empty without a direction.
+    checks : tuple of Verdict
+        Verdicts on the measured metrics.
+    warnings : tuple of WarningMessage
+    """
+
+    kind: ClassVar[str] = "assess"
+
+    scenario: Scenario
+    motion: Samples = field(compare=False)
+    inputs: tuple[Input, ...]
+    runs: tuple[Run, ...]
+    others: tuple[Run, ...]
+    metrics: Values
+    model: Values | None
+    exposures: tuple[Exposure, ...]
+    checks: tuple[Verdict, ...] = ()
+    warnings: tuple[WarningMessage, ...] = ()
+
+    @property
+    def agree_within(self) -> float:
+        """Share of their mean within which the runs must agree [-]."""
+        return assess_of(self.scenario).agree_within
+
+    @property
+    def transfer(self) -> TransferEstimate:
+        """Transmissibility from all runs along the axis of `measured`."""
+        return combined_estimate([run.transfer for run in self.runs if run.transfer])
+
+    @property
+    def model_H1(self) -> Complexes | None:
+        """Transmissibility H1 of the model at the same lines [-]; None without a model."""
+        found = [run.model_spectra for run in self.runs if run.model_spectra is not None]
+        if not found:
+            return None
+        H1, weights = ([getattr(each, name) for each in found] for name in ("H1", "G_u"))
+        return np.asarray(np.average(H1, axis=0, weights=weights), dtype=np.complex128)
+
+    def deviation(self, name: str) -> float | None:
+        """Return the largest deviation of a run from the mean of a metric, relative to it."""
+        return largest_deviation([run.metrics[name] for run in self.runs])
+
+    def __repr__(self) -> str:
+        """Return the number of runs, key metrics and verdicts in one line."""
+        name, (ratio, level) = self.scenario.name, AGREEING[self.metrics["a_w"] is not None]
+        numbers = ", ".join(
+            f"{key} {format_number(value, digits=4)}"
+            for key in (ratio, level)
+            if (value := self.metrics[key]) is not None
+        )
+        verdicts = count_verdicts(self.checks, self.warnings)
+        return format_repr(
+            "AssessResult", name, format_count(len(self.runs), "run"), numbers, verdicts
+        )
+
+
+def assess(scenario: Scenario) -> AssessResult:
+    """Evaluate what was measured on base and mass.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With an assess block. If it states an oscillator, its motion on the measured base is
+        computed as well.
+
+    Returns
+    -------
+    AssessResult
+
+    Raises
+    ------
+    RecordError
+        If a record cannot be used.
+    ScenarioError
+        If the window or the segments do not suit the records.
+    UsageError
+        If the scenario has no assess block.
+    """
+    cases, other_cases = prepare_runs(scenario)
+    segment = min(segment_length(run.case) for run in cases)
+    runs, others = (
+        tuple(evaluate_run(case, segment) for case in each) for each in (cases, other_cases)
+    )
+    exposures = daily_exposures(scenario, (*runs, *others))
+    metrics = combine([run.metrics for run in runs])
+    by_axis = [
+        combine([run.metrics for run in others if run.axis == axis])
+        for axis in dict.fromkeys(run.axis for run in others)
+    ]
+    for name in OF_THE_DAY:
+        values = [each[name] for each in (metrics, *by_axis)]
+        metrics[name] = max((value for value in values if value is not None), default=None)
+    models = [run.model for run in runs if run.model is not None]
+    warnings = [
+        warning
+        for case, run in zip([*cases, *other_cases], [*runs, *others], strict=True)
+        for warning in run_warnings(case, run, len(cases) > 1)
+    ]
+    warnings += agreement_warnings(scenario, runs)
+    inputs = [each for case in (*cases, *other_cases) for each in case.inputs]
+    return AssessResult(
+        scenario=scenario,
+        motion=cases[0].motion,
+        inputs=tuple({each.file: each for each in inputs}.values()),
+        runs=runs,
+        others=others,
+        metrics=metrics,
+        model=combine(models) if models else None,
+        exposures=exposures,
+        checks=tuple(check.judge(metrics) for check in without_fit_checks(scenario).checks),
+        warnings=tuple({warning.sentence: warning for warning in warnings}.values()),
+    )
+
+
+def require_assess(scenario: Scenario) -> None:
+    """Raise a UsageError for anything but a scenario with an assess block."""
+    require_scenario(scenario)
+    refuse_interval(scenario)
+    if scenario.assess is None:
+        raise UsageError(
+            f"{scenario.name} has no assess block",
+            "`drysim manual assess` shows how to write one",
+        )
+
+
+def assess_of(scenario: Scenario) -> Assess:
+    """Return the assess block of a scenario that has one."""
+    assert scenario.assess is not None, "only a scenario with an assess block is assessed"
+    return scenario.assess
+
+
+def files_of(scenario: Scenario) -> tuple[str, ...]:
+    """Return the files of the runs.
+
+    Raises
+    ------
+    ScenarioError
+        If several files have no base of their own.
+    UsageError
+        If the scenario has no assess block.
+    """
+    require_assess(scenario)
+    measured = assess_of(scenario).measured
+    excitation = scenario.excitation
+    if measured.u_dd is not None:
+        return measured.files
+    key = "assess.measured.u_dd"
+    if not isinstance(excitation, Record) or "excitation" in scenario.missing_blocks:
+        sentence = f"{key} is required, the base, unless `excitation` is its record"
+        raise scenario.error(sentence, "assess.measured")
+    if measured.more_files and excitation.path != measured.path:
+        sentence = f"{key} is required with `more_files`: each file has its own base"
+        raise scenario.error(sentence, "assess.measured.more_files")
+    return measured.files
+
+
+def prepare_runs(scenario: Scenario) -> tuple[list[RunCase], list[RunCase]]:
+    """Read all records: along the axis of `measured`, and along other axes.
+
+    Raises
+    ------
+    RecordError, ScenarioError, UsageError
+        As `assess` does.
+    """
+    files, axes = files_of(scenario), assess_of(scenario).axes
+    names = axes.names if axes else ()
+    runs = [prepare_run(scenario, "", file) for file in files]
+    others = [prepare_run(scenario, axis, file) for axis in names for file in files]
+    first, *rest = [run.measurement for run in runs]
+    for run, measurement in zip(runs[1:], rest, strict=True):
+        if abs(measurement.dt / first.dt - 1.0) > GRID_TOLERANCE:
+            step = format_number(first.dt, "s", 9)
+            sentence = (
+                f"its step is {format_number(measurement.dt, 's', 9)}, that of {files[0]} "
+                f"{step}; add `resample: {{step: {step}}}` to assess.measured"
+            )
+            raise record_error(run.file, sentence)
+    return runs, others
+
+
+# One run
+
+
+class RunCase(NamedTuple):
+    """A record along one axis, ready to be evaluated."""
+
+    axis: str
+    file: str
+    case: Case
+    """The model on the measured base; of a scenario without one, a placeholder."""
+    motion: Samples
+    """The measured base; without one only its times count."""
+    measurement: Measurement
+    u_dd: Floats | None
+    """Base acceleration at the measured instants [m/s²]; None where not measured."""
+    part: slice
+    """Measured samples in the window."""
+    is_known: bool
+    """Whether the model is known."""
+
+    @property
+    def name(self) -> str:
+        """File, and axis if there is one."""
+        return f"{self.file} along {self.axis}" if self.axis else self.file
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """The records that were read."""
+        return (*self.motion.inputs, *self.measurement.inputs)
+
+
+def prepare_run(scenario: Scenario, axis: str, file: str) -> RunCase:
+    """Read a record along an axis; an empty one stands for that of `measured`.
+
+    Raises
+    ------
+    RecordError
+        If the record cannot be used.
+    ScenarioError
+        If window or segments do not suit it.
+    """
+    block, measure = assess_of(scenario), scenario.measure
+    measured = (block.along(axis) if axis else block.measured).of_file(file)
+    own_axis = next((each for each, which in AXES.items() if which == measure.direction), "")
+    if axis and own_axis in ("", axis):
+        sentence = f"assess.axes.{axis} is the axis of `measured` already"
+        if not own_axis:
+            sentence = "assess.axes requires measure.direction, that of `measured`"
+        raise scenario.error(sentence, ("assess", "axes", axis))
+    if axis:
+        measure = measure.model_copy(update={"direction": AXES[axis], "weighting": None})
+    is_base_known = measured.u_dd is not None or not axis
+    if measured.u_dd is not None or axis:
+        name = "u_dd" if measured.u_dd is not None else "x_dd"  # gives the times only
+        base = as_base_motion(measured.record(name), {"gravity": "refuse"})
+    else:
+        assert isinstance(scenario.excitation, Record), "checked by `files_of`"
+        base = scenario.excitation
+        base = base.with_file(file) if block.measured.more_files else base
+    source = scenario.copy_with(
+        {
+            "excitation": base,
+            "measure": measure.model_copy(update={"steady": False}),
+            "solver": scenario.solver.model_copy(update={"step": None}),
+        }
+    )
+    motion = base_motion(source)
+    assert isinstance(motion, Samples), "a record is sampled"
+    measurement = read_measurement(source, measured.model_copy(update={"u_dd": None}), motion)
+    check_steps(measured, base, measurement)
+    case = assemble(source, motion)
+    t, dt = measurement.t, measurement.dt
+    begin, end = max(case.window[0], float(t[0])), min(case.window[1], float(t[-1]))
+    case = replace(case, window=(begin, end), rest=0)
+    check_segment(case)
+    first = ceil((begin - float(t[0])) / dt - STEP_TOLERANCE)
+    last = floor((end - float(t[0])) / dt + STEP_TOLERANCE)
+    lag = round(measured.delay / motion.dt)
+    places = measurement.first - lag + measurement.stride * np.arange(len(t))
+    u_dd = motion.u_dd[:][np.clip(places, 0, len(motion.u_dd) - 1)] if is_base_known else None
+    unknown = {*scenario.missing_blocks, *scenario.missing_values} - {"excitation"}
+    part = slice(first, last + 1)
+    return RunCase(
+        axis or own_axis, file, case, motion, measurement, u_dd, part, not (axis or unknown)
+    )
+
+
+def check_steps(measured: MeasuredRuns, base: Record, measurement: Measurement) -> None:
+    """Raise a RecordError if the base has more samples than the mass."""
+    per_sample = 2 if base.quantity == "velocity" else 1  # whose motion has half its step
+    if measurement.stride > per_sample:
+        times = format_number(measurement.stride / per_sample)
+        sentence = (
+            f"the base has {times} times as many samples; an assessment needs the same step: "
+            f"add `resample: {{step: {format_number(measurement.dt, 's', 9)}}}` to {base.block}"
+        )
+        raise record_error(str(measured.path), sentence)
+
+
+def evaluate_run(run: RunCase, segment: float) -> Run:
+    """Evaluate a record, and the model on its base; segments for spectra are in s."""
+    case, channels, dt = run.case, run.measurement.channels, run.measurement.dt
+    x_dd, settings = channels["x_dd"], case.scenario.measure
+    metrics = evaluate_samples(
+        x_dd, run.u_dd, channels.get("x_r"), dt, run.part, case.limits, settings
+    )
+    length, transfer = len(x_dd[run.part]) * dt, None
+    if run.u_dd is not None:
+        transfer = transfer_estimate(run.u_dd[run.part], x_dd[run.part], dt, segment)
+    found = Run(run.file, run.axis, length, metrics, transfer)
+    if not run.is_known:
+        return found
+    choose_engine(case_cost(case), case.kernels)
+    response = march_from_start(case)[0]
+    weighted = weighted_motion(case, response, case.window)
+    observed = observe_window(
+        case, trajectory_of_response(response), case.window, None, weighted
+    )
+    return found._replace(
+        model=evaluate(observed), model_spectra=spectra(response, case.window, segment)
+    )
+
+
+LARGEST = (PEAK_STROKE, "x_r_max", STROKE_USED, "stroke_suffices", "x_dd_peak")
+"""Metrics of which the largest value of several runs counts, not the mean."""
+
+
+def combine(runs: Sequence[Metrics]) -> Values:
+    """Return the mean of each metric over runs, of peaks the largest; None where unknown."""
+    combined: Values = {}
+    for name in runs[0]:
+        values = [value for metrics in runs if (value := metrics[name]) is not None]
+        how = np.max if name in LARGEST else np.min if name == "x_r_min" else np.mean
+        combined[name] = float(how(values)) if len(values) == len(runs) else None
+    return combined
+
+
+def largest_deviation(values: Sequence[float | None]) -> float | None:
+    """Return the largest deviation from the mean, relative to it; None where it is unknown."""
+    known = np.array([value for value in values if value is not None])
+    if len(known) < max(len(values), 2) or not known.mean():
+        return None
+    return float(np.abs(known / known.mean() - 1.0).max())
+
+
+def daily_exposures(scenario: Scenario, runs: Sequence[Run]) -> tuple[Exposure, ...]:
+    """Return the exposure along each axis, the one with the highest a_w first."""
+    if scenario.measure.direction is None:
+        return ()
+    exposures = []
+    for axis in dict.fromkeys(run.axis for run in runs):
+        same = [run for run in runs if run.axis == axis]
+        length = float(np.mean([run.length for run in same]))
+        a_w, dose = (combine([run.metrics for run in same])[name] for name in ("a_w", "VDV"))
+        assert a_w is not None, "a direction has a weighting"
+        assert dose is not None, "a direction has a weighting"
+        hours = {limit.name: limit.hours(a_w, dose, length) for limit in EXPOSURE_LIMITS}
+        exposures.append(Exposure(axis, a_w, dose, hours))
+    return tuple(sorted(exposures, key=lambda each: -each.a_w))
+
+
+# Confidence of the transmissibility
+
+
+def band_of_H1(found: TransferEstimate) -> tuple[Floats, Floats]:
+    """Return the ends of the 95 % confidence interval of |H1| at each line.
+
+    Notes
+    -----
+    |H1| (1 ± t √((1 - γ²)/(γ² 2 (n - 1)))), with n independent averages and Student's t of
+    2 (n - 1) degrees of freedom; Bendat and Piersol, Random Data (2010), section 9.2.4, with
+    the residual variance estimated. It holds what noise of the mass and friction add, and not
+    the bias by noise of the base, nor what the finite width of the lines smooths.
+    """
+    freedom, size = 2.0 * (found.averages - 1.0), np.abs(found.H1)
+    if freedom <= 0.0:
+        return np.zeros(len(size)), np.full(len(size), np.inf)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.sqrt((1.0 - found.coherence) / (found.coherence * freedom))
+    half = size * student_t(freedom) * share
+    return np.maximum(size - half, 0.0), size + half
+
+
+def band_of_coherence(found: TransferEstimate) -> tuple[Floats, Floats]:
+    """Return the ends of the 95 % confidence interval of the coherence at each line.
+
+    Notes
+    -----
+    By Fisher's transformation: artanh γ has the standard deviation √(1/(2 (n - 1))) and a bias
+    of 1/(2 (n - 1)), with n independent averages; Enochson and Goodman (1965), for n of about
+    10 or more.
+    """
+    freedom = 2.0 * (found.averages - 1.0)
+    if freedom <= 0.0:
+        return np.zeros(len(found.f)), np.ones(len(found.f))
+    with np.errstate(divide="ignore"):
+        z = np.arctanh(np.sqrt(found.coherence)) - 1.0 / freedom
+    low, high = (np.maximum(z + s * NORMAL_95 / np.sqrt(freedom), 0.0) for s in (-1.0, 1.0))
+    return np.square(np.tanh(low)), np.square(np.tanh(high))
+
+
+# Warnings
+
+
+def run_warnings(case: RunCase, run: Run, is_named: bool) -> Iterator[WarningMessage]:
+    """Yield the warnings about a run, which are named by its file if there are several."""
+    motion, where = case.motion, f"{run.file}: " * is_named
+    found = [*motion.warnings, *case.measurement.warnings]
+    found += weighting_warnings(case.case.scenario, motion)
+    if run.transfer is not None:
+        found += spectra_warnings(case.case, run.transfer)
+    if fault := likely_fault(case, run.transfer):
+        found.append(fault)
+    for warning in found:
+        yield replace(warning, sentence=f"{where}{warning.sentence}")
+
+
+def agreement_warnings(scenario: Scenario, runs: Sequence[Run]) -> Iterator[WarningMessage]:
+    """Warn of runs that do not agree."""
+    within = assess_of(scenario).agree_within
+    for name in AGREEING[scenario.measure.weights is not None]:
+        values = [run.metrics[name] for run in runs]
+        deviation = largest_deviation(values)
+        if deviation is not None and deviation > within:
+            mean = float(np.mean([value for value in values if value is not None]))
+            far = [
+                run.file
+                for run, value in zip(runs, values, strict=True)
+                if value is not None and abs(value / mean - 1.0) > within
+            ]
+            sentence = (
+                f"the runs do not agree within {format_percent(within)} in {name}: "
+                f"{join_words(far)} differ by up to {format_percent(deviation)} from the mean"
+            )
+            yield WarningMessage("runs-disagree", sentence, {"deviation": deviation})
+
+
+WRONG_MODEL = 0.1
+"""Difference of the measured transmissibility from that of the closest oscillator, relative to
+it, from which a fault of the channels is looked for [-]. Dry friction alone makes it 0.3."""
+
+ITERATIONS = 10
+"""Number of linear fits of an oscillator; each takes its weights from the one before."""
+
+LONGEST_LAG = 20
+"""Longest lag of the response that is tried, in samples."""
+
+LEAST_PHASE = 0.6
+"""Phase of a lag at the mean frequency of the base up to which friction may cause it [rad]: of
+seats that stick most of the time it reaches 0.58."""
+
+GAIN_TOLERANCE = 0.3
+"""Relative distance of the gain of the stroke from a usual factor within which it is that."""
+
+
+def likely_fault(case: RunCase, found: TransferEstimate | None) -> WarningMessage | None:
+    """Return the warning about the most likely fault of the channels; None if there is none.
+
+    Notes
+    -----
+    A mass on a spring and a damper has the transmissibility (ω_0² + 2jζω_0ω)/(ω_0² + 2jζω_0ω -
+    ω²), whatever it is. Where another sign, unit, order or lag of the channels brings the
+    measured one much closer to such a curve, that is most likely wrong.
+    """
+    if found is None:
+        return None
+    f, H, excited = found.f, found.H1, excited_lines(found.G_u)
+    if excited.sum() < 3:
+        return None
+    error = oscillator_error(f, H, np.where(excited, found.G_u, 0.0))
+    best, cause, numbers = error, "", {"difference": error}
+    if error > WRONG_MODEL:
+        for fault, other, weight in possible_faults(found, case.measurement.dt):
+            if (other_error := oscillator_error(f, other, weight)) < best:
+                best, cause = other_error, fault
+    if best < MUCH_BETTER * min(error, 1.0) and cause:
+        sentence = f"{cause}; the transmissibility is that of no mass on a spring and a damper"
+        return WarningMessage("channels-suspect", sentence, numbers)
+    if "x_r" in case.measurement.channels and (cause := fault_of_stroke(case, found)):
+        return WarningMessage("channels-suspect", f"{cause}; the accelerations say so", {})
+    return None
+
+
+def possible_faults(
+    found: TransferEstimate, dt: float
+) -> Iterator[tuple[str, Complexes, Floats]]:
+    """Yield usual faults, each with the corrected transmissibility and its weights."""
+    weight = np.where(excited_lines(found.G_u), found.G_u, 0.0)
+    yield SIGN_FAULT.format(name="x_dd"), -found.H1, weight
+    of_mass = np.where(excited_lines(found.G_x), found.G_x, 0.0)
+    yield SWAP_FAULT, 1.0 / found.H2, of_mass
+    for factor, fault in WRONG_UNITS["x_dd"].items():
+        yield UNIT_FAULT.format(name="x_dd", factor=fault), factor * found.H1, weight
+    lag = closest_lag(found, weight, dt)
+    if abs(2.0 * np.pi * lag * float(np.average(found.f, weights=weight))) > LEAST_PHASE:
+        words = LAG_FAULT.format(lag=format_number(lag, "s", 3), remedy="state")
+        yield words, without_lag(found, lag), weight
+
+
+def without_lag(found: TransferEstimate, lag: float) -> Complexes:
+    """Return the transmissibility of a response that comes earlier by a lag [s]."""
+    return np.asarray(found.H1 * np.exp(2j * np.pi * found.f * lag), dtype=np.complex128)
+
+
+def closest_lag(found: TransferEstimate, weight: Floats, dt: float) -> float:
+    """Return the lag without which the transmissibility is closest to an oscillator's [s]."""
+    lags = dt * np.arange(-LONGEST_LAG, LONGEST_LAG + 1)
+    errors = [oscillator_error(found.f, without_lag(found, lag), weight) for lag in lags]
+    return float(lags[int(np.argmin(errors))])
+
+
+def oscillator_error(f: Floats, H: Complexes, weight: Floats) -> float:
+    """Return the difference from the closest transmissibility of an oscillator, relative to it.
+
+    Notes
+    -----
+    (H - 1)(ω_0² + jωc) = H ω² is linear in ω_0² and c. Each fit is weighted by the denominator
+    of the one before, so that the last one minimises the difference itself (Sanathanan and
+    Koerner 1963).
+    """
+    lines = weight > 0.0
+    if not lines.any() or not np.isfinite(H[lines]).all():
+        return np.inf
+    H, omega, root = H[lines], 2.0 * np.pi * f[lines], np.sqrt(weight[lines])
+    omega = omega / omega.mean()
+    fitted, scale = np.ones(len(H), dtype=complex), root
+    for _ in range(ITERATIONS):
+        columns = np.stack([H - 1.0, 1j * omega * (H - 1.0)], axis=1) * scale[:, None]
+        values = positive_least_squares(columns, H * omega**2 * scale)
+        carried = values[0] + 1j * omega * values[1]
+        denominator = carried - omega**2
+        denominator[denominator == 0.0] = 1e-12
+        fitted, scale = carried / denominator, root / np.abs(denominator)
+    size = float(np.sum(np.square(root * np.abs(H))))
+    return float(np.sqrt(np.sum(np.square(root * np.abs(H - fitted))) / size))
+
+
+def positive_least_squares(columns: Complexes, wanted: Complexes) -> Floats:
+    """Return the two real factors, at least 0, whose sum of columns is closest to a vector."""
+    A = np.concatenate([columns.real, columns.imag])
+    y = np.concatenate([wanted.real, wanted.imag])
+    values: Floats = np.linalg.lstsq(A, y, rcond=None)[0]
+    if (values >= 0.0).all():
+        return values
+    squares = np.maximum(np.sum(np.square(A), axis=0), 1e-300)
+    single = np.maximum(A.T @ y, 0.0) / squares
+    gains = single * (A.T @ y)  # by how much each alone lowers the sum of squares
+    return np.where(gains == gains.max(), single, 0.0)
+
+
+def fault_of_stroke(case: RunCase, found: TransferEstimate) -> str:
+    """Return the fault of the stroke that the accelerations show: x_r" = x_dd - u_dd."""
+    assert case.u_dd is not None, "the transmissibility is known"
+    stroke = transfer_estimate(
+        case.u_dd[case.part],
+        case.measurement.channels["x_r"][case.part],
+        case.measurement.dt,
+        found.segment,
+    )
+    lines = excited_lines(found.G_u)
+    wanted = -(found.H1[lines] - 1.0) / np.square(2.0 * np.pi * found.f[lines])
+    root = np.sqrt(found.G_u[lines])
+    H = stroke.H1[lines] * root
+    power = float(np.sum(np.square(np.abs(H))))
+    gain = float(np.sum((np.conj(H) * wanted * root).real)) / power if power else 1.0
+    if abs(gain + 1.0) < GAIN_TOLERANCE:
+        return SIGN_FAULT.format(name="x_r")
+    for factor, fault in WRONG_UNITS["x_r"].items():
+        if abs(gain / factor - 1.0) < GAIN_TOLERANCE:
+            return UNIT_FAULT.format(name="x_r", factor=fault)
+    return ""

@@ -1,0 +1,435 @@
+"""Evaluation of measured records: metrics, transmissibility, runs, axes, exposure, faults."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from twin import base_motion, write_columns
+
+import drysim
+from drysim.metrics.spectra import TransferEstimate, transfer_estimate
+from drysim.results.assess import format_hours
+from drysim.study.assess import band_of_coherence, band_of_H1
+
+RATE = 200.0
+PLANT = "oscillator: {mass: 75, stiffness: 4500, damping: 400}\n"
+CLASSES = ("EM1", "EM2", "EM3", "EM4", "EM5", "EM6", "EM7", "EM8", "EM9", "AG2")
+CHANNELS = {"u_dd": "floor", "x_dd": "seat", "x_r": "stroke"}
+UNITS = {"floor": "m/s2", "seat": "m/s2", "stroke": "m"}
+
+Record = dict[str, np.ndarray]
+
+
+def seat_record(
+    base: str | None = None, friction: float = 30.0, noise: float = 0.0, seed: int = 1
+) -> Record:
+    """Return floor, seat and stroke of a seat on a class of ISO 7096, or on other noise."""
+    u_dd = base_motion(20.0, seed, 1.2, RATE)
+    if base is not None:
+        block = f"excitation: {{kind: standard, class: {base}, duration: 20 s, seed: {seed}}}\n"
+        text = PLANT + block + f"solver: {{step: {1 / RATE} s}}\n"
+        u_dd = np.asarray(drysim.scenario(text).excitation.motion(1 / RATE).u_dd[:])
+    r = drysim.simulate(
+        m=75.0, k_x=4500.0, b=400.0, F_fk=friction, F_fs=1.2 * friction, u_dd=u_dd, dt=1 / RATE
+    )
+    record = {"floor": u_dd, "seat": np.asarray(r.x_dd), "stroke": np.asarray(r.x_r)}
+    random = np.random.default_rng(seed)
+    return {
+        name: values + noise * float(values.std()) * random.normal(size=len(values))
+        for name, values in record.items()
+    }
+
+
+def write_record(file: Path, record: Record) -> None:
+    """Write a record as CSV, with every digit."""
+    n = len(next(iter(record.values())))
+    columns = {"t [s]": np.arange(n) / RATE}
+    write_columns(
+        file, columns | {f"{k} [{UNITS.get(k, 'm/s2')}]": v for k, v in record.items()}
+    )
+
+
+def scenario_of(
+    folder: Path, changes: Mapping[str, Any] | None = None, **records: Record
+) -> drysim.Scenario:
+    """Return the scenario that assesses records, which are written into a folder."""
+    files = [str(folder / f"{name}.csv") for name in records]
+    for file, record in zip(files, records.values(), strict=True):
+        write_record(Path(file), record)
+    channels = {k: v for k, v in CHANNELS.items() if v in next(iter(records.values()))}
+    measured = {"file": files[0], "more_files": files[1:], "time": "t", **channels}
+    blocks = {"measure": {"direction": "vertical"}, "assess": {"measured": measured}}
+    return drysim.scenario(blocks, changes or {})
+
+
+def assess(
+    folder: Path, changes: Mapping[str, Any] | None = None, **records: Record
+) -> drysim.AssessResult:
+    """Return the assessment of records."""
+    return drysim.assess(scenario_of(folder, changes, **records))
+
+
+def warnings_of(result: drysim.AssessResult, slug: str) -> list[str]:
+    """Return the sentences of the warnings of a kind."""
+    return [warning.sentence for warning in result.warnings if warning.slug == slug]
+
+
+# Metrics
+
+
+def weighted(values: np.ndarray, which: str) -> np.ndarray:
+    """Return the weighted samples, by the polynomials of ISO 2631-1 in s (annex A).
+
+    The series is continued by 40 s of zeros, in which the filters come to rest.
+    """
+    from scipy import signal
+
+    n = len(values)
+    size = n + round(40.0 * RATE)
+    f = np.fft.rfftfreq(size, 1 / RATE)
+    f3, Q4, *step = {"Wk": (12.5, 0.63, 2.37, 0.91, 3.35, 0.91), "Wd": (2.0, 0.63)}[which]
+    w1, w2, w3 = (2 * np.pi * x for x in (0.4, 100.0, f3))
+    filters = [
+        ([1.0, 0.0, 0.0], [1.0, np.sqrt(2) * w1, w1**2]),
+        ([w2**2], [1.0, np.sqrt(2) * w2, w2**2]),
+        ([w3, w3**2], [1.0, w3 / Q4, w3**2]),
+    ]
+    if step:
+        w5, w6 = 2 * np.pi * step[0], 2 * np.pi * step[2]
+        filters.append(([1.0, w5 / step[1], w5**2], [1.0, w6 / step[3], w6**2]))
+    spectrum = np.fft.rfft(values, size)
+    for b, a in filters:
+        spectrum *= signal.freqs(b, a, 2 * np.pi * f)[1]
+    return np.fft.irfft(spectrum, size)[:n]
+
+
+@pytest.mark.parametrize("friction", [0.0, 45.0])
+@pytest.mark.parametrize("base", CLASSES)
+def test_weighted_metrics_are_those_of_the_formulas(tmp_path, base, friction):
+    record = seat_record(base, friction, noise=0.02)
+    metrics = assess(tmp_path, run=record).metrics
+    floor, seat = (weighted(record[name], "Wk") for name in ("floor", "seat"))
+    rms = [np.sqrt(np.mean(x**2)) for x in (floor, seat)]
+    dose = [np.sum(x**4 / RATE) ** 0.25 for x in (floor, seat)]
+    wanted = {
+        "a_w": rms[1],
+        "SEAT": rms[1] / rms[0],
+        "VDV": dose[1],
+        "SEAT_VDV": dose[1] / dose[0],
+        "crest_factor": np.abs(seat).max() / rms[1],
+        "MTVV": max(
+            np.sqrt(np.mean(seat[i : i + 200] ** 2)) for i in range(len(seat) - 200 + 1)
+        ),
+        "T_a": np.sqrt(np.mean(record["seat"] ** 2) / np.mean(record["floor"] ** 2)),
+        "x_r_peak": np.abs(record["stroke"]).max(),
+    }
+    rough = {"crest_factor": 1e-5}  # a peak depends on the length of the zeros in the FFT
+    for name, value in wanted.items():
+        assert metrics[name] == pytest.approx(value, rel=rough.get(name, 1e-6)), name
+
+
+def test_window_and_horizontal_direction_count(tmp_path):
+    record = seat_record()
+    changes = {"measure.direction": "horizontal", "measure.settle": 4, "measure.duration": 10}
+    result = assess(tmp_path, changes, run=record)
+    seat = weighted(record["seat"], "Wd")[800:2801]
+    assert result.metrics["a_w"] == pytest.approx(1.4 * np.sqrt(np.mean(seat**2)), rel=1e-6)
+    assert not warnings_of(result, "recalled")
+
+
+def test_without_direction_the_unweighted_metrics_are_known(tmp_path):
+    result = assess(tmp_path, {"measure": None}, run=seat_record())
+    assert result.metrics["SEAT"] is None
+    assert result.metrics["T_a"] is not None
+    assert not result.exposures
+    assert "A(8)" not in result._repr_html_()
+
+
+# Transmissibility
+
+
+def test_spectra_are_those_of_scipy(tmp_path):
+    from scipy import signal
+
+    record = seat_record(noise=0.05)
+    found = assess(tmp_path, run=record).transfer
+    u, x = record["floor"], record["seat"]
+    options = {"fs": RATE, "nperseg": round(found.segment * RATE)}
+    f, G_ux = signal.csd(u, x, **options)
+    G_u, G_x = (signal.welch(each, **options)[1] for each in (u, x))
+    same = {"rtol": 1e-9, "atol": 0.0}
+    np.testing.assert_allclose(found.f, f[1:], **same)
+    np.testing.assert_allclose(found.H1, (G_ux / G_u)[1:], **same)
+    np.testing.assert_allclose(found.H2, (G_x / np.conj(G_ux))[1:], **same)
+    np.testing.assert_allclose(np.abs(found.Hv), np.sqrt(G_x / G_u)[1:], **same)
+    np.testing.assert_allclose(
+        found.coherence, signal.coherence(u, x, **options)[1][1:], **same
+    )
+
+
+def white_pair(seed: int, n: int, of_base: float, of_mass: float) -> TransferEstimate:
+    """Return the estimate of a gain of 0.5, with noise of these ratios to the signals."""
+    random = np.random.default_rng(seed)
+    u = random.normal(size=n)
+    x = 0.5 * u + 0.5 * np.sqrt(of_mass) * random.normal(size=n)
+    u = u + np.sqrt(of_base) * random.normal(size=n)
+    return transfer_estimate(u, x, 0.01, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("of_base", "of_mass", "H1", "H2"),
+    [(0.2, 0.0, 0.5 / 1.2, 0.5), (0.0, 0.3, 0.5, 0.5 * 1.3), (0.2, 0.3, 0.5 / 1.2, 0.65)],
+)
+def test_noise_lowers_H1_and_raises_H2_as_theory_says(of_base, of_mass, H1, H2):
+    found = white_pair(1, 400_000, of_base, of_mass)
+    inner = slice(2, -2)  # the ends are those of the window
+    assert np.abs(found.H1)[inner].mean() == pytest.approx(H1, rel=2e-3)
+    assert np.abs(found.H2)[inner].mean() == pytest.approx(H2, rel=2e-3)
+    assert np.abs(found.Hv)[inner].mean() == pytest.approx(np.sqrt(H1 * H2), rel=2e-3)
+    assert found.coherence[inner].mean() == pytest.approx(H1 / H2, rel=2e-3)
+
+
+@pytest.mark.parametrize("of_mass", [0.05, 1.0])
+def test_bands_hold_the_truth_as_often_as_they_say(of_mass):
+    held, coherent, lines = 0, 0, slice(2, -2)
+    for seed in range(200):
+        found = white_pair(seed, 3000, 0.0, of_mass)  # 29 averages
+        low, high = band_of_H1(found)
+        held += np.mean((low[lines] <= 0.5) & (high[lines] >= 0.5))
+        low, high = band_of_coherence(found)
+        truth = 1.0 / (1.0 + of_mass)
+        coherent += np.mean((low[lines] <= truth) & (high[lines] >= truth))
+    assert held / 200 == pytest.approx(0.95, abs=0.015)
+    assert coherent / 200 == pytest.approx(0.95, abs=0.03)
+
+
+def test_independent_averages_of_half_overlapping_segments():
+    n, found = 40, white_pair(1, 2050, 0.0, 0.1)
+    assert found.segments == n
+    scatter = [white_pair(seed, 2050, 0.0, 0.1).G_u[2:-2] for seed in range(150)]
+    relative = np.var(scatter, axis=0) / np.mean(scatter, axis=0) ** 2
+    assert 1.0 / relative.mean() == pytest.approx(found.averages, rel=0.05)
+
+
+# Runs, axes and the model
+
+
+def test_several_runs_have_a_mean_a_deviation_and_a_verdict(tmp_path):
+    runs = {f"run-{i}": seat_record(seed=i) for i in (1, 2, 3)}
+    result = assess(tmp_path, {"assess.agree_within": "20 %"}, **runs)
+    single = [assess(tmp_path, run=record).metrics["SEAT"] for record in runs.values()]
+    assert [run.metrics["SEAT"] for run in result.runs] == single
+    assert result.metrics["SEAT"] == pytest.approx(np.mean(single))
+    furthest = max(abs(value / np.mean(single) - 1.0) for value in single)
+    assert result.deviation("SEAT") == pytest.approx(furthest)
+    assert not warnings_of(result, "runs-disagree")
+    assert result.transfer.segments == sum(run.transfer.segments for run in result.runs)
+
+
+def test_runs_that_disagree_are_named(tmp_path):
+    runs = {"a": seat_record(seed=1), "b": seat_record(seed=1), "c": seat_record(friction=150)}
+    result = assess(tmp_path, **runs)
+    sentence = warnings_of(result, "runs-disagree")[0]
+    assert sentence.startswith("the runs do not agree within 5 % in SEAT: ")
+    assert "c.csv" in sentence
+    assert result.exit_code() == 0
+    assert result.exit_code(strict=True) == 1
+
+
+def test_axis_with_the_highest_acceleration_decides(tmp_path):
+    record = seat_record()
+    record |= {
+        "floor x": record["floor"],
+        "seat x": 2.0 * record["seat"],
+        "seat y": record["seat"],
+    }
+    axes = {"x": {"u_dd": "floor x", "x_dd": "seat x"}, "y": {"x_dd": "seat y"}}
+    changes = {"assess.axes": axes, "measure.exposure": "4 h"}
+    result = assess(tmp_path, changes, run=record)
+    by_axis = {run.axis: run.metrics for run in (*result.runs, *result.others)}
+    assert [*by_axis] == ["z", "x", "y"]
+    horizontal = weighted(record["seat"], "Wd")
+    assert by_axis["x"]["a_w"] == pytest.approx(2.8 * np.sqrt(np.mean(horizontal**2)), rel=1e-6)
+    assert by_axis["y"]["SEAT"] is by_axis["y"]["a_u"] is None
+    a_w = max(metrics["a_w"] for metrics in by_axis.values())
+    assert result.exposures[0].a_w == a_w
+    assert result.metrics["A_8"] == pytest.approx(a_w * np.sqrt(0.5))
+    assert result.metrics["a_w"] == by_axis["z"]["a_w"]
+
+
+def test_hours_until_action_and_limit_value(tmp_path):
+    result = assess(tmp_path, {"measure.exposure": "8 h"}, run=seat_record())
+    (exposure,) = result.exposures
+    assert result.metrics["A_8"] == pytest.approx(exposure.a_w)
+    for name, A_8, VDV in (("action value", 0.5, 9.1), ("limit value", 1.15, 21.0)):
+        by_rms, by_dose = exposure.hours[name]
+        assert exposure.a_w * np.sqrt(by_rms / 8.0) == pytest.approx(A_8)
+        day = result.metrics["VDV_day"] * (by_dose / 8.0) ** 0.25
+        assert day == pytest.approx(VDV)
+    assert [format_hours(x) for x in (0.25, 3.456, 40.0)] == ["15 min", "3.46 h", "over 24 h"]
+
+
+def test_model_on_the_measured_base_stands_beside_it(tmp_path):
+    record = seat_record()
+    model = {"oscillator": {"mass": 75, "stiffness": 4500, "damping": 400}}
+    model |= {"friction": {"law": "coulomb", "kinetic": 30, "static_ratio": 1.2}}
+    result = assess(tmp_path, model, run=record)
+    base = {"kind": "record", "file": str(tmp_path / "run.csv"), "time": "t", "column": "floor"}
+    run = drysim.run(
+        drysim.scenario({**model, "excitation": base}, {"measure.direction": "vertical"})
+    )
+    for name in ("SEAT", "a_w", "T_a", "x_r_peak", "stuck_share"):
+        assert result.model[name] == pytest.approx(run.metrics[name], rel=1e-12)
+    assert result.metrics["SEAT"] == pytest.approx(result.model["SEAT"], rel=5e-3)
+    assert result.metrics["stuck_share"] is None
+    found = result.transfer
+    strong = found.G_u > 0.1 * found.G_u.max()
+    np.testing.assert_allclose(result.model_H1[strong], found.H1[strong], rtol=0.05)
+
+
+def test_base_may_be_the_record_of_the_excitation(tmp_path):
+    record = seat_record()
+    apart = assess(tmp_path, run=record).metrics
+    write_record(tmp_path / "floor.csv", {"floor": record["floor"]})
+    changes = {
+        "assess.measured.u_dd": None,
+        "excitation": {"kind": "record", "file": str(tmp_path / "floor.csv"), "time": "t"},
+    }
+    result = assess(tmp_path, changes, run={k: record[k] for k in ("seat", "stroke")} | record)
+    assert result.metrics == apart
+    assert [each.file for each in result.inputs] != []
+
+
+def test_lag_that_is_stated_is_removed(tmp_path):
+    record = seat_record()
+    late = {
+        **record,
+        "seat": np.roll(record["seat"], 10),
+        "stroke": np.roll(record["stroke"], 10),
+    }
+    segment = {"measure.spectra": True, "measure.segment": 2}
+    result = assess(tmp_path, {**segment, "assess.measured.delay": 10 / RATE}, run=late)
+    found, plain = result.transfer, assess(tmp_path, segment, run=record).transfer
+    strong = plain.G_u > 0.1 * plain.G_u.max()
+    np.testing.assert_allclose(found.H1[strong], plain.H1[strong], rtol=0.1)
+
+
+# Faults of channels
+
+
+FAULTS = {
+    "sign": (lambda r: {**r, "seat": -r["seat"]}, "the sign of x_dd"),
+    "swapped": (lambda r: {**r, "seat": r["floor"], "floor": r["seat"]}, "swapped"),
+    "in g": (lambda r: {**r, "seat": r["seat"] / 9.81}, "a factor of 9.81: it is in g"),
+    "not in g": (lambda r: {**r, "seat": r["seat"] * 9.81}, "a factor of 9.81: it is not in g"),
+    "lag": (lambda r: {**r, "seat": np.roll(r["seat"], 16)}, "lag by 0.0"),
+    "stroke": (lambda r: {**r, "stroke": -r["stroke"]}, "the sign of x_r"),
+    "millimetres": (lambda r: {**r, "stroke": 1e3 * r["stroke"]}, "x_r seems to be wrong by a"),
+}
+
+
+@pytest.mark.parametrize("base", ["EM1", "EM5", "EM6"])
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_of_channels_are_named(tmp_path, base, fault):
+    spoil, words = FAULTS[fault]
+    record = spoil(seat_record(base, noise=0.02))
+    assert words in warnings_of(assess(tmp_path, run=record), "channels-suspect")[0]
+
+
+@pytest.mark.parametrize("friction", [0.0, 30.0, 90.0, 200.0])
+@pytest.mark.parametrize("base", ["EM1", "EM6", "EM8"])
+def test_no_fault_is_named_of_good_channels(tmp_path, base, friction):
+    record = seat_record(base, friction, noise=0.02)
+    assert not warnings_of(assess(tmp_path, run=record), "channels-suspect")
+
+
+def test_gravity_and_clipping_are_seen(tmp_path):
+    record = seat_record()
+    with pytest.raises(
+        drysim.RecordError, match=r"looks like gravity.* in assess\.measured\.x_dd$"
+    ):
+        assess(tmp_path, run={**record, "seat": record["seat"] + 9.81})
+    with pytest.raises(drysim.RecordError, match=r"looks like gravity"):
+        assess(tmp_path, run={**record, "floor": record["floor"] + 9.81})
+    limit = 0.6 * np.abs(record["seat"]).max()
+    result = assess(tmp_path, run={**record, "seat": np.clip(record["seat"], -limit, limit)})
+    assert warnings_of(result, "record-clipped")
+
+
+# Scenarios
+
+
+def test_only_assess_needs_no_oscillator(tmp_path):
+    scenario = scenario_of(tmp_path, run=seat_record())
+    assert scenario.missing_blocks == ["oscillator", "excitation"]
+    for command in (drysim.run, drysim.fit):
+        with pytest.raises(drysim.ScenarioError) as fault:
+            command(scenario)
+        assert (
+            "required by all commands but `drysim assess`: oscillator"
+            in fault.value.problems[0].sentence
+        )
+    with pytest.raises(drysim.UsageError, match="has no assess block"):
+        drysim.assess(
+            drysim.scenario(
+                PLANT + "excitation: {kind: rest}\nsolver: {step: 1}\n"
+                "measure: {duration: 1 s}\n"
+            )
+        )
+
+
+def test_block_without_an_assess_block_is_required_as_before(tmp_path):
+    with pytest.raises(drysim.ScenarioError) as fault:
+        drysim.scenario("measure: {direction: vertical}\n")
+    assert {problem.key for problem in fault.value.problems} >= {"oscillator", "excitation"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"assess.measured.x_dd": None}, "assess.measured.x_dd is required"),
+        ({"assess.measured.u_dd": None}, "assess.measured.u_dd is required, the base, unless"),
+        (
+            {
+                "assess.measured": {"file": "a.csv", "more_files": ["b.csv"], "x_dd": "seat"},
+                "excitation": {"kind": "record", "file": "base.csv"},
+            },
+            "each file has its own base",
+        ),
+        ({"assess.measured.x_dd": "sofa"}, "no column"),
+        ({"assess.axes": {"z": {"x_dd": "seat"}}}, "assess.axes.z is the axis of `measured`"),
+        ({"assess.axes": {"w": {"x_dd": "seat"}}}, "unknown key `w` in assess.axes"),
+        (
+            {"assess.axes": {"x": {"x_dd": "seat"}}, "measure": None},
+            "assess.axes requires measure.direction",
+        ),
+        ({"assess.agree_within": 2}, "assess.agree_within must be below 1"),
+        ({"measure.settle": 99}, "measure.settle exceeds the end"),
+    ],
+)
+def test_faults_of_the_block_are_said(tmp_path, changes, sentence):
+    with pytest.raises(drysim.DrysimError) as fault:
+        assess(tmp_path, changes, run=seat_record())
+    problems = getattr(fault.value, "problems", None) or [fault.value.problem]
+    assert any(sentence in problem.sentence for problem in problems)
+
+
+def test_result_on_the_disk_can_be_assessed_again(tmp_path):
+    runs = {name: seat_record(seed=i, noise=0.01) for i, name in enumerate("ab")}
+    result = assess(tmp_path, {"checks": ["SEAT < 2", "stuck_share < 1"]}, **runs)
+    folder = result.save(tmp_path / "out", report=True)
+    fields = json.loads((folder / "drysim.json").read_text())
+    assert [run["file"] for run in fields["assess"]["runs"]] == ["a.csv", "b.csv"]
+    assert fields["assess"]["runs"][0]["metrics"]["SEAT"] == result.runs[0].metrics["SEAT"]
+    assert [check["passed"] for check in fields["checks"]] == [True, False]
+    again = drysim.assess(drysim.load(folder / "scenario.yaml"))
+    assert again.metrics == result.metrics
+    table = result.to_frame()
+    assert list(table["SEAT"]) == [run.metrics["SEAT"] for run in result.runs]
+    curves = result.to_frame("spectra")
+    np.testing.assert_allclose(curves["H1"], np.abs(result.transfer.H1), rtol=1e-12)
