@@ -98,8 +98,42 @@ def test_faulty_record_is_refused(drysim, tmp_path, text, words):
 
 
 def test_missing_record_is_refused(drysim, tmp_path):
+    """The message names the line of the scenario, of a record of base or mass."""
     (tmp_path / "seat.yaml").write_text(RECORDED)
-    assert "base.csv" in refused(drysim, tmp_path, "seat.yaml")
+    place = r"seat\.yaml:\d+:\d+: excitation\.file: base\.csv: the record does not exist\n  \d"
+    assert re.search(place, refused(drysim, tmp_path, "seat.yaml"))
+    same_verdict(drysim, "seat.yaml")
+
+
+ALTERNATIVES = {
+    "damping: 25 %": "oscillator.damping: `%` is a unit of ratio, not damping [N·s/m]; did you "
+    "mean `damping_ratio`?",
+    "stiffness: 1.6 Hz": "oscillator.stiffness: `Hz` is a unit of frequency, not stiffness "
+    "[N/m]; did you mean `natural_frequency`?",
+    "mass: 75 N": "oscillator.mass: `N` is a unit of force, not mass [kg]\n",
+}
+
+
+@pytest.mark.parametrize(("line", "sentence"), ALTERNATIVES.items())
+def test_unit_of_another_key_names_that_key(drysim, tmp_path, line, sentence):
+    keys = {"mass": "75", "stiffness": "7500", "damping": "500"}
+    name, _, value = line.partition(": ")
+    block = "".join(f"  {key}: {text}\n" for key, text in (keys | {name: value}).items())
+    (tmp_path / "seat.yaml").write_text(f"oscillator:\n{block}excitation: {{kind: rest}}\n")
+    assert sentence in refused(drysim, tmp_path, "seat.yaml")
+
+
+def test_missing_key_is_marked_in_its_block_or_in_none(drysim, tmp_path):
+    (tmp_path / "seat.yaml").write_text(
+        "oscillator:\n  mass: 75\n  damping: 1\nexcitation: {kind: psd}\n"
+    )
+    said = refused(drysim, tmp_path, "seat.yaml")
+    assert "  1 │ oscillator:\n    │ ^^^^^^^^^^ in this block\n" in said
+    (tmp_path / "seat.yaml").write_text("excitation: {kind: rest}\n")
+    said = refused(drysim, tmp_path, "seat.yaml")
+    assert "  1 │ excitation: {kind: rest}\n    │ ^^^^^^^^^^ in this file\n" in said
+    assert "measure.duration is required for rest\n" in said
+    assert "^^^^ there is no block `measure`\n" in said
 
 
 def test_sound_record_is_accepted(drysim, tmp_path):

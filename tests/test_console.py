@@ -287,6 +287,7 @@ def test_problems_as_json_are_one_object(capsys):
     assert seat["problems"][0] == {
         "severity": "error", "file": "seat.yaml", "line": 3, "column": 3, "width": 8,
         "key": "oscillator.stifness", "sentence": TYPO.sentence, "source": TYPO.source,
+        "remark": "",
     }  # fmt: skip
     assert still["problems"][0]["severity"] == "warning"
 

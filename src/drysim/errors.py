@@ -54,6 +54,8 @@ class Problem:
     """Dotted path of the scenario key, e.g. `friction.kinetic`; empty if there is none."""
     severity: str = "error"
     """`error`, `warning`, or `note` for a step that the scenario requested."""
+    remark: str = ""
+    """What stands at the place if the key is missing, such as the block in which it belongs."""
 
     @property
     def place(self) -> str:
@@ -62,8 +64,9 @@ class Problem:
         return ":".join([self.file, *numbers])
 
     def __str__(self) -> str:
-        """Return location and sentence."""
-        return f"{self.place}: {self.sentence}"
+        """Return location, or else the key, and sentence."""
+        place = self.place or self.key
+        return self.sentence if place in self.sentence else f"{place}: {self.sentence}"
 
     def __post_init__(self) -> None:
         """Cut a sentence that exceeds `MAX_SENTENCE_LENGTH`."""

@@ -46,11 +46,20 @@ class Location(NamedTuple):
     column: int = 0
     width: int = 1
     source: str = ""
+    remark: str = ""
+    """What is there, if it is not what the problem is about."""
 
     def problem(self, sentence: str, key: str = "") -> Problem:
         """Return a problem at this location."""
         return Problem(
-            sentence, self.file, self.line, self.column, self.width, self.source, key
+            sentence,
+            self.file,
+            self.line,
+            self.column,
+            self.width,
+            self.source,
+            key,
+            remark=self.remark,
         )
 
     def unreadable(self, sentence: str) -> UnreadableError:
@@ -132,7 +141,8 @@ class Document:
             try:
                 node = node.value[int(step) if isinstance(node.value, list) else step]
             except (KeyError, IndexError, TypeError, ValueError):
-                break
+                home = "file" if node is self.tree else "block"
+                return location._replace(remark=f"in this {home}")
             location = (node.key or node.location) if key else node.location
         return location
 
@@ -158,7 +168,8 @@ def read_document(
     """
     file, data = str(path), read_bytes(Path(path))
     text = _decode(data, file)
-    return _to_document(file, text, data, overrides, dotted_blocks)
+    locator = make_locator(file, text)
+    return _to_document(file, text, locator, data, overrides, dotted_blocks)
 
 
 def document_of(
@@ -169,26 +180,38 @@ def document_of(
 ) -> Document:
     """Return the document of a YAML text, or of a mapping, as `read_document` does of a file.
 
-    `file` is its name in messages. A mapping is written as YAML first, so that its problems
-    have a place, too; numpy values and paths become numbers and text.
+    `file` is its name in messages. A mapping is written as YAML first; numpy values and paths
+    become numbers and text. Its problems have a key, but no line.
     """
     if isinstance(value, str):
         text = value
+        locator = make_locator(file, text)
     else:
         plain = {
             str(key): plain_value(_to_node(inner, Location(f"{file}[{str(key)!r}]")))
             for key, inner in value.items()
         }
         text = dump(plain)
+        locator = _no_place
     check_characters(text, file)
-    return _to_document(file, text, text.encode(), overrides, dotted_blocks)
+    return _to_document(file, text, locator, text.encode(), overrides, dotted_blocks)
+
+
+def _no_place(start: Position, end: Position) -> Location:
+    """Return the location of what is in no file."""
+    return Location("")
 
 
 def _to_document(
-    file: str, text: str, data: bytes, overrides: Overrides, dotted_blocks: Collection[str]
+    file: str,
+    text: str,
+    locator: Locator,
+    data: bytes,
+    overrides: Overrides,
+    dotted_blocks: Collection[str],
 ) -> Document:
     """Return the document of a text with overrides; raises like `read_document`."""
-    tree, problems = parse(text, make_locator(file, text))
+    tree, problems = parse(text, locator)
     if tree is None:
         raise Location(file).unreadable("the file is empty")
     if not isinstance(tree.value, dict):

@@ -122,7 +122,8 @@ def _print_source(console: AnyConsole, problem: Problem, style: str) -> None:
     if problem.column:
         width = cell_len(source[column : column + problem.width])
         blank = " " * (len(gutter) - 2) + "│ " + " " * cell_len(source[:column])
-        print_line(console, (blank, "dim"), ("^" * max(width, 1), style))
+        remark = f" {problem.remark}" if problem.remark else ""
+        print_line(console, (blank, "dim"), ("^" * max(width, 1), style), (remark, "dim"))
 
 
 def _excerpt(problem: Problem) -> tuple[str, int]:

@@ -197,7 +197,8 @@ def _read_scenario(
         scenario = model.model_validate(values, context=context)
     except ValidationError as fault:
         for keys, sentence in validation_faults(fault, values):
-            reading.fault(sentence, keys, instead=KIND_KEY)
+            hint = "" if sentence.endswith("?") else reading.other_key_hint(keys)
+            reading.fault(sentence + hint, keys, instead=KIND_KEY)
     else:
         for keys, sentence in unsupported_values(scenario):
             reading.fault(sentence, keys, at_key=True)

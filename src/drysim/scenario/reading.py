@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, get_args, get_origin
 
 from pydantic.fields import FieldInfo
@@ -22,6 +22,7 @@ from drysim.scenario.keys import (
     discriminator,
     fields_by_key,
     members_by_tag,
+    numeric_keys,
 )
 from drysim.scenario.laws import LAW_KEY, excluded_keys, other_laws_hint
 from drysim.scenario.validation import dotted_name, spoken_name, with_subject
@@ -77,12 +78,30 @@ class Reading:
             return
         self.reported.add(keys)
         path = self._location(keys)
+        remark = ""
         if instead and path[0] not in self.document.value:
+            remark = f"there is no block `{path[0]}`" * (len(path) > 1)
             path, at_key = instead, False
         place = self.document.locate(path, at_key)
+        place = place._replace(remark=remark or place.remark)
         self.problems.append(place.problem(sentence, dotted_name(keys)))
         if len(self.problems) > MAX_PROBLEMS:
             raise TooManyProblems
+
+    def other_key_hint(self, keys: KeyPath) -> str:
+        """Return a hint at the alternative of a key that a value with its unit fits."""
+        entries = numeric_keys(self.model, self.values)
+        entry = entries.get(dotted_name(keys))
+        text = entry.block.get(str(keys[-1])) if entry else None
+        if entry is None or entry.model is None or not isinstance(text, str):
+            return ""
+        groups = [group for group in entry.model.exclusive_groups() if keys[-1] in group]
+        for name in dict.fromkeys(name for group in groups for name in group):
+            other = entries.get(dotted_name((*keys[:-1], name)))
+            with suppress(ValueError):
+                if other is not None and other.read(text) is not None and name != keys[-1]:
+                    return did_you_mean(name)
+        return ""
 
     def report_value(self, sentence: str, keys: KeyPath, at_key: bool = False) -> None:
         """Add an error of a value; its key precedes the message."""

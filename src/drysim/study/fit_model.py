@@ -41,7 +41,7 @@ from drysim.scenario.keys import numeric_keys
 from drysim.scenario.model import Scenario, law_uses_key
 from drysim.study.budget import memory_shortage, shortage_message
 from drysim.study.case import Case
-from drysim.study.preparation import assemble, base_motion
+from drysim.study.preparation import assemble, base_motion, locating_records
 from drysim.study.starting_values import (
     Kinematics,
     closed_form_starts,
@@ -673,18 +673,20 @@ def build_model(scenario: Scenario) -> FitModel:
             ("fit", "measured", "delay") if fit.measured.delay else ("fit", "free", DELAY_KEY)
         )
         raise scenario.error(sentence, keys)
-    motion = imposed_motion(fit) if fit.measured.is_rig else base_motion(scenario)
+    with locating_records(scenario):
+        motion = imposed_motion(fit) if fit.measured.is_rig else base_motion(scenario)
     if isinstance(motion, Samples) and not (fit.measured.is_rig or np.any(motion.u_dd[:])):
         sentence = (
             "the base record is 0 in every sample: no motion was recorded; for a free decay "
             "write `excitation: {kind: rest}`"
         )
         raise scenario.error(sentence, "excitation")
-    measurement = (
-        read_rig(fit, motion)
-        if fit.measured.is_rig
-        else read_measurement(scenario, fit.measured, motion, fit.free)
-    )
+    with locating_records(scenario):
+        measurement = (
+            read_rig(fit, motion)
+            if fit.measured.is_rig
+            else read_measurement(scenario, fit.measured, motion, fit.free)
+        )
     count = len(measurement.t)
     if shortage := shortage_message(
         f"{count} measured samples", count * BYTES_PER_SAMPLE, "use a shorter `window`"

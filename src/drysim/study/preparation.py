@@ -9,7 +9,7 @@ seed of an ensemble.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +21,7 @@ from drysim.excitation.recorded import Record
 from drysim.messages import shorten
 from drysim.metrics.table import FIT_NAMES
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, SWEEP_KEY, chain_length
-from drysim.scenario.files import files_location, swept_files
+from drysim.scenario.files import files_location, named_files, swept_files
 from drysim.scenario.model import STATIC_RATIO, Scenario, scene_period
 from drysim.scenario.validation import spoken_name
 from drysim.scenario.warnings import extreme_cases, scenario_warnings
@@ -105,8 +105,9 @@ def prepare(
         f"{seeds:.4g} seeds", float(seeds) * BYTES_PER_SEED, "use fewer"
     ):
         raise scenario.error(f"excitation.seeds: {shortage}", "excitation.seeds")
-    motion = base_motion(scenario)
-    law = scenario.law()
+    with locating_records(scenario):
+        motion = base_motion(scenario)
+        law = scenario.law()
     force = law.force_record.warnings if law.force_record else ()
     sources = [(getattr(motion, "warnings", ()), getattr(motion, "inputs", ()))]
     records: tuple[RecordSummary, ...] = ()
@@ -170,6 +171,20 @@ def refuse_interval(scenario: Scenario) -> None:
     if scenario.static_interval:
         sentence = "an interval is for `drysim run` and `sweep` with one seed; give one value"
         raise scenario.error(f"friction.static_ratio: {sentence}", STATIC_RATIO)
+
+
+@contextmanager
+def locating_records(scenario: Scenario) -> Iterator[None]:
+    """Report a record that does not exist at the place where the scenario names it."""
+    try:
+        yield
+    except RecordError as fault:
+        for keys, path in named_files(scenario):
+            if str(path) == fault.problem.file and not path.exists():
+                sentence = f"{spoken_name(keys)}: {fault.problem}"
+                problem = scenario.problem(sentence, keys)
+                raise RecordError(problem, fault.hint) from None
+        raise
 
 
 def read_swept(
