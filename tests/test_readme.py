@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
 import subprocess
 import sys
@@ -13,8 +14,10 @@ from types import SimpleNamespace
 import proof
 import pytest
 import readme
+import yaml
 from browser import browse, needs_browser
 from readme import CONSOLE, FILES, MADE, PART, PYTHON, README, TEXTS, followed, made
+from seat import SEAT
 from shown import leave_pictures_empty
 
 import drysim
@@ -119,6 +122,46 @@ def test_shell_commands_of_drysim_name_commands_and_options_that_exist():
     for _, command, *words in lines:
         options = [word.partition("=")[0] for word in words if word.startswith("--")]
         assert [word for word in options if word not in helped[command]] == []
+
+
+def jobs_of(page):
+    """Return the shell commands of each job in a page."""
+    jobs = [
+        yaml.safe_load(block)
+        for block in re.findall(r"^```yaml\n(.*?)^```$", page, re.S | re.M)
+    ]
+    github, gitlab = jobs
+    steps = github["jobs"]["drysim"]["steps"]
+    return {
+        "github": [step["run"] for step in steps if "run" in step],
+        "gitlab": gitlab["scenarios"]["script"],
+    }
+
+
+@pytest.mark.parametrize("service", ["github", "gitlab"])
+def test_jobs_for_ci_run_their_commands_and_find_a_check_that_fails(service, tmp_path):
+    page = TEXTS["ci"]
+    install, *commands = jobs_of(page)[service]
+    assert install == "pip install drysim"
+    (tmp_path / "scenarios").mkdir()
+    for name, limit in (("soft", 9), ("stiff", 0.1)):
+        text = SEAT.replace("name: seat", f"name: {name}") + f"checks: [T_a < {limit}]\n"
+        (tmp_path / "scenarios" / f"{name}.yaml").write_text(text)
+    folders = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    codes = [
+        subprocess.run(
+            ["sh", "-c", command],
+            cwd=tmp_path,
+            env={**os.environ, "PATH": folders},
+            capture_output=True,
+        ).returncode
+        for command in commands
+    ]
+    assert codes == [0, 1]
+    for file in re.findall(r"\w+\.xml", " ".join(commands)):
+        assert (tmp_path / file).read_text().startswith("<?xml")
+    written = {path.parent.name for path in tmp_path.glob("results/*/report.html")}
+    assert written == {"soft", "stiff"}
 
 
 def test_readme_is_short():

@@ -301,7 +301,7 @@ EXAMPLES = {
 """Two examples of each command, for the end of its help."""
 
 PAGES = {
-    "init": "gallery", "run": "first-run", "validate": "scenario", "summarise": "files",
+    "init": "gallery", "run": "first-run", "validate": "ci", "summarise": "files",
     "bench": "speed", "schema": "scenario", "doctor": "first-run", "manual": "symbols",
     "explain": "keys",
 }  # fmt: skip

@@ -15,7 +15,7 @@ SECTIONS = {
     "start": ("symbols", "first-run"),
     "tasks": (
         "own-record", "assess", "fit", "sweep", "map", "design", "branches", "compare", "seat",
-        "seeds", "shock", "force", "stages", "report", "python",
+        "seeds", "shock", "force", "stages", "report", "ci", "python",
     ),
     "reference": (
         "scenario", "keys", "approaches", "friction", "end-stops", "metrics", "files",
