@@ -243,7 +243,7 @@ def names_of(text):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_damaged_result_is_shown_or_refused_with_its_place(results, kind, capsys):
-    check_damaged(results(kind), 60, 4, 7, capsys)
+    check_damaged(results(kind), 25, 2, 7, capsys)
 
 
 @pytest.mark.parametrize("kind", KINDS)
