@@ -530,7 +530,7 @@ def test_design_is_judged_by_the_worst_of_several_records(tmp_path, monkeypatch,
     assert command("design", written, "--quiet", "--no-plots", "--out", "out/again").code == 0
     done = command("design", "study.yaml", "--set", "design.over.excitation.file=[floor-9.csv]")
     assert done.code == 2
-    assert "design.over.excitation.file.0: floor-9.csv: the record does not exist" in done.err
+    assert "design.over.excitation.file #1: floor-9.csv: the record does not exist" in done.err
 
 
 @pytest.mark.parametrize(
