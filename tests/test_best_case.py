@@ -185,6 +185,22 @@ def test_best_case_at_the_end_of_its_range_says_so(tmp_path, frequency, values, 
     assert (" end of its range" in table.best.describe(table.axes)) == bool(end)
 
 
+@pytest.mark.parametrize(
+    ("key", "values", "said"),
+    [
+        ("friction.static_ratio", [1, 1.2, 1.4], False),
+        ("friction.static_ratio", [1.1, 1.2, 1.4], True),
+        ("friction.kinetic", [0, 10, 20], False),
+    ],
+)
+def test_end_of_a_range_that_is_a_bound_of_the_key_is_not_said(tmp_path, key, values, said):
+    (tmp_path / "seat.yaml").write_text(SEAT)
+    changes = {"sweep": {key: values}, "checks": ["SEAT < 5"], "stroke.limit": 1}
+    table = package.sweep(package.load(tmp_path / "seat.yaml", changes))
+    assert table.best.row.point[key] == values[0]
+    assert table.best.describe(table.axes).count("end of its range") == said
+
+
 def test_table_shows_its_best_case_in_a_notebook(tmp_path):
     (tmp_path / "seat.yaml").write_text(SEAT)
     table = package.sweep(package.load(tmp_path / "seat.yaml"))

@@ -13,9 +13,11 @@ import drysim
 from drysim.study.boundaries import REGIME
 from drysim.study.break_aways import (
     FIRST,
+    LEVELS,
     RICE,
     Rates,
     count_break_aways,
+    describe_label,
     level_between,
     measure_rates,
     rice_rate,
@@ -192,3 +194,11 @@ def test_what_a_map_of_rates_does_not_support_is_refused(command, tmp_path, chan
     assert done.code == 2
     assert words in " ".join(done.err.split())
     assert not (tmp_path / "out").exists()
+
+
+def test_rates_between_two_levels_are_written_as_a_range():
+    labels = range(FIRST, FIRST + len(LEVELS) + 1)
+    texts = [describe_label(label) for label in labels]
+    assert texts[0] == "up to 0.001 break-aways a second"
+    assert texts[4] == "1 to 10 break-aways a second"
+    assert texts[-1] == "above 100 break-aways a second"

@@ -889,6 +889,19 @@ def test_star_of_the_best_design_lies_above_all_other_marks():
     assert design.BEST_STYLE["zorder"] > highest
 
 
+@pytest.mark.parametrize(("low", "said"), [(0, False), (10, True)])
+def test_bound_of_a_key_is_no_end_beyond_which_a_better_design_may_lie(tmp_path, low, said):
+    scene = SINE.replace("2 Hz", "5 Hz") + "friction: {law: coulomb, kinetic: 20}\n"
+    result = drysim.design(loaded(tmp_path, scene, f"""
+  vary: {{friction.kinetic: {{from: {low}, to: 40}}}}
+  minimise: T_a
+  evaluations: 12""")
+    )  # fmt: skip
+    assert result.best.values["friction.kinetic"] == low
+    remarks = [row.remark for row in best_rows(result)]
+    assert any("a better design may lie beyond" in remark for remark in remarks) == said
+
+
 def test_picture_of_a_front_marks_its_ends(tmp_path):
     result = drysim.design(loaded(tmp_path, SINE, f"""
   vary: {{{DAMPING}}}

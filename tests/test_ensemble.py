@@ -329,6 +329,20 @@ def test_picture_of_few_seeds_has_no_quantile_that_they_do_not_support(noisy):
     assert "5, 50, 95 % quantiles" in entries
 
 
+def test_T_x_is_explained_in_summaries_pictures_and_report(drysim, noisy):
+    swept = ["--set", "sweep={friction.kinetic: [10, 20]}"]
+    for name, words in (("run", []), ("sweep", swept)):
+        done = drysim(name, noisy, "--report", "--set", f"{SEEDS}=4", *words, "-o", name)
+        (line,) = [line for line in done.out.splitlines() if line.startswith("  T_x ")]
+        assert "x_r over u; " in line
+        report = (noisy.parent / name / "report.html").read_text("utf-8")
+        assert "relative displacement transmissibility RMS" in report
+    table = package.sweep(load(noisy, {"sweep": {"friction.kinetic": [10, 20]}}))
+    figure = table.plot()
+    assert "Tₓ = xᵣ/u [–]" in figure.axes[0].get_title(loc="left")
+    assert "Tₓ (xᵣ over u) " in " ".join(text.get_text() for text in figure.texts)
+
+
 def test_a_check_whose_limit_lies_within_the_interval_is_a_warning(noisy):
     mean = run(load(noisy, {SEEDS: 10})).statistics["T_a"].mean
     found = run(load(noisy, {SEEDS: 10, "checks": [f"T_a < {mean + 1e-4}"]}))

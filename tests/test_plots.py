@@ -98,7 +98,7 @@ def test_panel_of_a_metric_that_no_case_knows_says_so():
 def test_displacement_stands_left_and_acceleration_right_over_a_logarithmic_frequency():
     figure = draw_transmissibility(SCENES["paper"]())
     left, right = figure.axes
-    assert "Tₓ [–]" in left.get_title("left")
+    assert "Tₓ = xᵣ/u [–]" in left.get_title("left")
     assert "Tₐ [–]" in right.get_title("left")
     for panel in (left, right):
         assert panel.get_xscale() == "log"

@@ -18,6 +18,9 @@ from drysim.wording import (
 KEY_RATIOS = ("T_a", "SEAT", "T_x")
 """Ratios shown beside the stroke, where they are known."""
 
+MEANINGS = {"T_x": "x_r over u"}
+"""What a metric is, said where it is printed without a formula."""
+
 RANGE_DIGITS = 3
 """Significant digits of the ends of a range."""
 

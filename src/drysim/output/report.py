@@ -52,7 +52,7 @@ Lines = Iterator[tuple[str, str]]
 
 TEMPLATE = "report.html.jinja"
 
-SYMBOLS = ("m, k_x, b", "f_0, ξ", "F_fk", "F_fs", "x_r", "ü", "T_a")
+SYMBOLS = ("m, k_x, b", "f_0, ξ", "F_fk", "F_fs", "x_r", "ü", "T_a", "T_x")
 """Symbols that the page explains, those of one meaning together."""
 
 MAX_SCENARIO, MAX_LISTED = 100_000, 300

@@ -26,7 +26,7 @@ from drysim import wording
 from drysim.errors import DrysimError, UsageError
 from drysim.interrupt import deferred_interrupt
 from drysim.metrics.table import METRICS_BY_NAME, PEAK_STROKE
-from drysim.metrics.text import format_labelled, format_metric_ranges
+from drysim.metrics.text import MEANINGS, format_labelled, format_metric_ranges
 from drysim.scenario.axes import FILE_KEY, FREQUENCY_KEY, Axis, KeyRange, axis_groups
 from drysim.scenario.model import LIMIT_KEYS, Scenario
 from drysim.scenario.text import (
@@ -471,11 +471,16 @@ PANEL_TITLES = {
 """What the title of a panel says before the symbol of the metric."""
 
 
+FORMULAS = {"T_x": "xᵣ/u"}
+"""What is said behind the symbol of a metric."""
+
+
 def plotted(name: str, greatest: float = 0.0) -> PlottedMetric:
     """Return a metric with its symbol, a length in a unit suited to the greatest value [m]."""
     metric = METRICS_BY_NAME[name]
     scale, unit = wording.display_unit(metric.shown, greatest)
-    symbol = f"{metric.symbol} [{unit or '–'}]"
+    formula = f" = {FORMULAS[name]}" if name in FORMULAS else ""
+    symbol = f"{metric.symbol}{formula} [{unit or '–'}]"
     return PlottedMetric(symbol, name, scale, PANEL_TITLES.get(name, ""), unit)
 
 
@@ -593,6 +598,8 @@ def make_heading(scenario: Scenario, results: str, scene: str, base: str) -> Hea
     In `results` and `scene` x_r and the like are typeset as symbols; `base` is drawn as it is,
     behind the scene.
     """
+    for name, meaning in MEANINGS.items():
+        results = results.replace(f"{name} ", f"{name} ({meaning}) ", 1)
     parts = (wording.typeset(results), f"{wording.typeset(scene)}; {base}".removeprefix("; "))
     lines = (line for part in parts if part for line in wrap(wording.sanitise(part)))
     return Heading(fit_title(scenario.name), tuple(lines))

@@ -524,6 +524,9 @@ INTERVAL_STYLE: Style = {
     "label": "95 % confidence interval of the mean",
 }  # fmt: skip
 
+MIN_SHOWN_INTERVAL = 0.005
+"""Half-width of an interval, as a share of the largest value, from which on it is seen."""
+
 ADMISSIBLE_STYLE: Style = {
     "color": "#e4efe2", "linewidth": 0.0, "zorder": 0, "label": "admissible",
 }  # fmt: skip
@@ -822,7 +825,9 @@ def draw_interval(
     middle, half = np.array(y), np.array(width)
     if np.isfinite(half).any():
         edges = middle - half, middle + half
-        axes.fill_between(x, *edges, color=style["color"], **INTERVAL_STYLE)
+        drawn = axes.fill_between(x, *edges, color=style["color"], **INTERVAL_STYLE)
+        if np.nanmax(half) < MIN_SHOWN_INTERVAL * np.nanmax(abs(middle)):
+            drawn.set_label("_")  # thinner than the line
 
 
 def line_series(view: View, line: Line, value: RowValue) -> tuple[list[float], list[float]]:

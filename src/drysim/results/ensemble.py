@@ -11,6 +11,7 @@ from drysim import wording
 from drysim.metrics.checks import seeds_for_quantile
 from drysim.metrics.table import HOURLY_STROKE, METRICS_BY_NAME, PEAK_STROKE
 from drysim.metrics.text import (
+    MEANINGS,
     describe_main_numbers,
     format_value,
 )
@@ -118,7 +119,9 @@ def ensemble_rows(ensemble: Ensemble) -> Iterator[Row]:
 def _describe_scatter(
     ensemble: Ensemble, metric: str, statistic: Statistic, scale: float, unit: str
 ) -> Iterator[str]:
-    """Yield the scatter of a metric over the seeds."""
+    """Yield what a metric is, and its scatter over the seeds."""
+    if metric in MEANINGS:
+        yield MEANINGS[metric]
     low, high = (statistic.quantiles[place] * scale for place in (0, -1))
     if format_number(low) != format_number(high):
         which = "90 % of" if statistic.seeds >= MIN_QUANTILE_SEEDS else f"all {statistic.seeds}"

@@ -14,7 +14,13 @@ from drysim.approach.solution import EVENT_NAMES
 from drysim.core.model import BLOCK_SIZE, EndStops
 from drysim.excitation.recorded import Record
 from drysim.metrics.table import EXPOSURE, HOURLY_STROKE, METRICS, PEAK_STROKE, WEIGHTING
-from drysim.metrics.text import describe_main_numbers, format_labelled, format_value, label_of
+from drysim.metrics.text import (
+    MEANINGS,
+    describe_main_numbers,
+    format_labelled,
+    format_value,
+    label_of,
+)
 from drysim.records.options import SUGGESTED_HIGH_PASS
 from drysim.results.fields import stored_fields
 from drysim.results.kind import File, Kind, Picture, clean_up_lines, judgements
@@ -152,7 +158,7 @@ def run_rows(outcome: Outcome) -> Iterator[Row]:
         high_pass = excitation.remove.yaml_with(below=SUGGESTED_HIGH_PASS)
         advice = f"; it needs a high-pass: {high_pass}"
     if metrics["u_rms"] != 0.0:
-        remark = f"x_r over u: x_r {x_r} RMS, base displacement {u}{advice}"
+        remark = f"{MEANINGS['T_x']}: x_r {x_r} RMS, base displacement {u}{advice}"
         yield _metric_value_row(metrics, "T_x", remark)
     used = format_percent(metrics["stroke_used"])
     limit = ""

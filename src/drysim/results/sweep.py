@@ -18,6 +18,7 @@ from drysim import wording
 from drysim.metrics.table import METRICS, PEAK_STROKE
 from drysim.metrics.text import (
     KEY_RATIOS,
+    MEANINGS,
     format_metric_range,
     format_metric_ranges,
     format_value,
@@ -192,7 +193,7 @@ def _range_row(table: Table, tally: Tally, metric: str) -> Row:
     return Row(
         label_of(metric),
         format_metric_range(metric, tally.ends[metric]),
-        describe_extent(table, tally, metric),
+        "; ".join(filter(None, (MEANINGS.get(metric), describe_extent(table, tally, metric)))),
     )
 
 

@@ -101,6 +101,15 @@ class KeyRange(NamedTuple):
         return {"from": self.low, "to": self.high, "scale": scale}
 
 
+PHYSICAL_BOUNDS = {"friction.static_ratio": 1.0, "stroke.stops.restitution": 1.0}
+"""Ends of keys, besides 0, beyond which they have no value."""
+
+
+def is_physical_bound(key: str, value: float) -> bool:
+    """Whether a key has no value on the other side of this one."""
+    return value in (0.0, PHYSICAL_BOUNDS.get(key))
+
+
 @dataclass(frozen=True)
 class Axis:
     """A swept key and its values."""

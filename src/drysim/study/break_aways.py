@@ -158,7 +158,8 @@ def describe_label(label: int) -> str:
     number = label - FIRST
     if number == len(LEVELS):
         return f"above {LEVELS[-1]:g} break-aways a second"
-    return f"up to {describe_level((label, label + 1))}"
+    begins = f"{LEVELS[number - 1]:g} to" if number else "up to"
+    return f"{begins} {describe_level((label, label + 1))}"
 
 
 def level_between(labels: tuple[int, int]) -> float:

@@ -36,6 +36,7 @@ from drysim.scenario.axes import (
     Axis,
     chain_length,
     count_points,
+    is_physical_bound,
 )
 from drysim.scenario.model import LIMIT_KEYS, STATIC_RATIO, Scenario
 from drysim.scenario.text import describe_case
@@ -433,7 +434,9 @@ class BestCase(NamedTuple):
             if axis.group or isinstance(value, str) or len(axis.values) < MIN_RANGE:
                 continue
             ends = axis.range
-            if not value or value not in (ends.low, ends.high):
+            if value is None or value not in (ends.low, ends.high):
+                continue
+            if is_physical_bound(axis.key, value):
                 continue
             side = "lower" if value == min(ends.low, ends.high) else "upper"
             where = describe_case({axis.key: value}, axes)
