@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from twin import base_motion, write_columns
+from twin import base_motion, fit_twin, write_columns, write_twin
 
 import drysim
 from drysim.metrics.spectra import TransferEstimate, transfer_estimate
@@ -292,6 +292,16 @@ def test_model_on_the_measured_base_stands_beside_it(tmp_path):
     np.testing.assert_allclose(result.model_H1[strong], found.H1[strong], rtol=0.05)
 
 
+def test_fit_keeps_the_block_for_the_fitted_model(tmp_path):
+    plant = "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+    write_twin(tmp_path, plant + "friction: {law: coulomb, kinetic: 20}\n", seconds=3.0)
+    block = "assess: {measured: {file: run.csv, time: t, x_dd: x_dd}}\n"
+    known = plant + "friction: {law: coulomb}\n" + block
+    fitted = fit_twin(tmp_path, known, "friction.kinetic: {}").scenario
+    result = drysim.assess(fitted)
+    assert result.model["a_x"] == pytest.approx(result.metrics["a_x"], rel=1e-2)
+
+
 def test_base_may_be_the_record_of_the_excitation(tmp_path):
     record = seat_record()
     apart = assess(tmp_path, run=record).metrics
@@ -346,6 +356,20 @@ def test_faults_of_channels_are_named(tmp_path, base, fault):
 def test_no_fault_is_named_of_good_channels(tmp_path, base, friction):
     record = seat_record(base, friction, noise=0.02)
     assert not warnings_of(assess(tmp_path, run=record), "channels-suspect")
+
+
+def test_mass_that_moves_with_its_base_is_no_fault(tmp_path):
+    record = seat_record()
+    held = {"floor": record["floor"], "seat": record["floor"]}
+    result = assess(tmp_path, run=held)
+    assert result.metrics["SEAT"] == 1.0
+    assert not result.warnings
+
+
+def test_base_without_motion_is_an_error(tmp_path):
+    record = seat_record()
+    with pytest.raises(drysim.RecordError, match="the base is the same in every sample"):
+        assess(tmp_path, run={**record, "floor": 0.0 * record["floor"]})
 
 
 def test_gravity_and_clipping_are_seen(tmp_path):

@@ -227,7 +227,7 @@ def assess(scenario: Scenario) -> AssessResult:
     warnings = [
         warning
         for case, run in zip([*cases, *other_cases], [*runs, *others], strict=True)
-        for warning in run_warnings(case, run, len(cases) > 1)
+        for warning in run_warnings(case, run, len(cases) + len(other_cases) > 1)
     ]
     warnings += agreement_warnings(scenario, runs)
     inputs = [each for case in (*cases, *other_cases) for each in case.inputs]
@@ -305,7 +305,7 @@ def prepare_runs(scenario: Scenario) -> tuple[list[RunCase], list[RunCase]]:
             step = format_number(first.dt, "s", 9)
             sentence = (
                 f"its step is {format_number(measurement.dt, 's', 9)}, that of {files[0]} "
-                f"{step}; add `resample: {{step: {step}}}` to assess.measured"
+                f"{step}; add `resample: {{step: {step}, by: spline}}` to assess.measured"
             )
             raise record_error(run.file, sentence)
     return runs, others
@@ -379,6 +379,9 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> RunCase:
     )
     motion = base_motion(source)
     assert isinstance(motion, Samples), "a record is sampled"
+    if is_base_known and float(np.ptp(motion.u_dd[:])) == 0.0:
+        sentence = "the base is the same in every sample: no motion was recorded"
+        raise record_error(str(base.path), sentence)
     measurement = read_measurement(source, measured.model_copy(update={"u_dd": None}), motion)
     check_steps(measured, base, measurement)
     case = assemble(source, motion)
@@ -405,7 +408,8 @@ def check_steps(measured: MeasuredRuns, base: Record, measurement: Measurement) 
         times = format_number(measurement.stride / per_sample)
         sentence = (
             f"the base has {times} times as many samples; an assessment needs the same step: "
-            f"add `resample: {{step: {format_number(measurement.dt, 's', 9)}}}` to {base.block}"
+            f"add `resample: {{step: {format_number(measurement.dt, 's', 9)}, by: spline}}` to "
+            f"{base.block}"
         )
         raise record_error(str(measured.path), sentence)
 
@@ -516,8 +520,8 @@ def band_of_coherence(found: TransferEstimate) -> tuple[Floats, Floats]:
 
 
 def run_warnings(case: RunCase, run: Run, is_named: bool) -> Iterator[WarningMessage]:
-    """Yield the warnings about a run, which are named by its file if there are several."""
-    motion, where = case.motion, f"{run.file}: " * is_named
+    """Yield the warnings about a run, with its file and axis if there are several."""
+    motion, where = case.motion, f"{case.name}: " * is_named
     found = [*motion.warnings, *case.measurement.warnings]
     found += weighting_warnings(case.case.scenario, motion)
     if run.transfer is not None:
@@ -645,7 +649,9 @@ def oscillator_error(f: Floats, H: Complexes, weight: Floats) -> float:
         denominator[denominator == 0.0] = 1e-12
         fitted, scale = carried / denominator, root / np.abs(denominator)
     size = float(np.sum(np.square(root * np.abs(H))))
-    return float(np.sqrt(np.sum(np.square(root * np.abs(H - fitted))) / size))
+    # A spring stiffer than any, which is no solution of the equation, holds the mass.
+    errors = [np.sum(np.square(root * np.abs(H - each))) for each in (fitted, 1.0)]
+    return float(np.sqrt(min(errors) / size))
 
 
 def positive_least_squares(columns: Complexes, wanted: Complexes) -> Floats:
