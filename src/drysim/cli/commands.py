@@ -502,7 +502,7 @@ def assess(
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
-    """Evaluate what was measured on base and mass: SEAT, exposure, transmissibility."""
+    """Evaluate motions measured on base and mass: SEAT, exposure."""
     from drysim.cli import work
     from drysim.scenario.load import load
     from drysim.study import assess as study
