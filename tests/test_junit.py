@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from inspect import signature
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -10,6 +11,7 @@ import pytest
 from every_kind import WAYS, result_of
 from seat import SEAT
 
+from drysim.cli import COMMANDS
 from drysim.errors import SolverError
 from drysim.output import junit
 from drysim.output.junit import JunitCase, Suite, junit_text, result_suite
@@ -187,3 +189,10 @@ def broken_disk(file, text):
 
     with translate_os_errors(file):
         raise OSError(28, "No space left on device")
+
+
+def test_each_command_that_judges_checks_has_the_option():
+    judging = [command for command in COMMANDS if "strict" in signature(command).parameters]
+    assert len(judging) > 5
+    lacking = [command for command in judging if "junit" not in signature(command).parameters]
+    assert lacking == []

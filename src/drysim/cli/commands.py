@@ -499,6 +499,7 @@ def assess(
     no_plots: options.NoPlots = False,
     picture_format: options.PictureFormat = "png",
     report: options.Report = False,
+    junit: options.Junit = None,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
