@@ -108,9 +108,9 @@ class InvalidValue(ValueError):
     `at` is the path of the key to blame, relative to the block.
     """
 
-    def __init__(self, sentence: str, *at: str | int) -> None:
+    def __init__(self, sentence: str, *path: str | int) -> None:
         super().__init__(sentence)
-        self.at = at
+        self.path = path
 
 
 def _plain_or_block(value: object) -> str:

@@ -45,8 +45,12 @@ def depends_on_direction(value: Any) -> bool:
     """Return whether a value differs between the directions; columns of many cases may."""
     if not isinstance(value, ByDirection):
         return False
-    one, other = by_direction(value)
-    return not (isinstance(one, float) and isinstance(other, float) and one == other)
+    extension, compression = by_direction(value)
+    return not (
+        isinstance(extension, float)
+        and isinstance(compression, float)
+        and extension == compression
+    )
 
 
 def by_direction(value: Any) -> tuple[Any, Any]:

@@ -20,16 +20,16 @@ _exit_lock = Lock()
 
 
 @contextmanager
-def at_forced_exit(one: CleanUp, last: bool = False) -> Iterator[None]:
+def at_forced_exit(action: CleanUp, last: bool = False) -> Iterator[None]:
     """Call a function before a forced exit that comes while the block runs.
 
     `last` is for what may block, such as a terminal: all others are called before.
     """
-    _clean_ups.insert(0 if last else len(_clean_ups), one)
+    _clean_ups.insert(0 if last else len(_clean_ups), action)
     try:
         yield
     finally:
-        _clean_ups.remove(one)
+        _clean_ups.remove(action)
 
 
 @contextmanager
@@ -43,7 +43,7 @@ def clean_up() -> str:
     """Run the clean-ups, the latest first; return their message. The process must end then."""
     _exit_lock.acquire()
     messages = []
-    for one in reversed(_clean_ups):
+    for action in reversed(_clean_ups):
         with suppress(Exception):
-            messages.append(one() or "")
+            messages.append(action() or "")
     return "".join(messages)

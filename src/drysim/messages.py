@@ -32,9 +32,9 @@ def did_you_mean(nearest: str | None) -> str:
     return f"; did you mean `{nearest}`?" if nearest else ""
 
 
-def name_hint(name: str, known: Collection[str]) -> str:
+def name_hint(name: str, names: Collection[str]) -> str:
     """Return the suffix that suggests the closest known name, or else lists all of them."""
-    return did_you_mean(closest_match(name, known)) or f"; use one of {', '.join(known)}"
+    return did_you_mean(closest_match(name, names)) or f"; use one of {', '.join(names)}"
 
 
 def _edit_distance(a: str, b: str) -> int:

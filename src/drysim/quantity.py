@@ -52,7 +52,7 @@ class Quantity:
             )
         if not math.isfinite(value):
             raise ValueError(f"must be a finite number{self._in}, not {format_value(value_in)}")
-        for limit, words, holds in (
+        for limit, relation, holds in (
             (self.at_least, "at least", operator.ge),
             (self.above, "above", operator.gt),
             (self.below, "below", operator.lt),
@@ -60,7 +60,7 @@ class Quantity:
         ):
             if limit is not None and not holds(value, limit):
                 bound = f"{limit:g} {self.unit}".strip()
-                raise ValueError(f"must be {words} {bound}, not {format_value(value_in)}")
+                raise ValueError(f"must be {relation} {bound}, not {format_value(value_in)}")
         if value and not MIN_MAGNITUDE <= abs(value) <= MAX_MAGNITUDE:
             span = f"{MIN_MAGNITUDE:g} and {MAX_MAGNITUDE:g} {self.unit}".strip()
             raise ValueError(

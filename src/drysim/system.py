@@ -96,21 +96,21 @@ def _cgroup_limits(
         groups = (root / "proc/self/cgroup").read_text(encoding="utf-8").splitlines()
     except OSError:  # not Linux
         return ()
-    found = []
+    values = []
     for group in groups:
         _, _, rest = group.partition(":")
         controllers, _, path = rest.partition(":")
         if controllers and controller not in controllers.split(","):
             continue
         mount = root / "sys/fs/cgroup" / (controller if controllers else "")
-        own = PurePosixPath(path.lstrip("/"))
-        for folder in (own, *own.parents):
+        group_folder = PurePosixPath(path.lstrip("/"))
+        for folder in (group_folder, *group_folder.parents):
             files = [mount / folder / name for name in (legacy if controllers else unified)]
             with suppress(OSError):
-                words = " ".join(file.read_text(encoding="utf-8") for file in files).split()
-                if len(words) == len(legacy) and all(map(str.isdecimal, words)):
-                    found.append([int(word) for word in words])
-    return tuple(found)
+                numbers = " ".join(file.read_text(encoding="utf-8") for file in files).split()
+                if len(numbers) == len(legacy) and all(map(str.isdecimal, numbers)):
+                    values.append([int(word) for word in numbers])
+    return tuple(values)
 
 
 # Files.
@@ -273,8 +273,8 @@ def private_folder(name: str) -> PrivateFolder | None:
     with suppress(OSError):  # there may be no temporary folder
         import tempfile
 
-        own = f"cache-{_user_id()}"
-        return _open_private(Path(tempfile.gettempdir()), (own, "drysim", name))
+        folder_name = f"cache-{_user_id()}"
+        return _open_private(Path(tempfile.gettempdir()), (folder_name, "drysim", name))
     return None
 
 

@@ -261,12 +261,14 @@ def _look_up_in_pint(spelling: str) -> _PintUnit | None:
         return None
     registry = _registry()
     try:
-        one, two = (registry.Quantity(n, spelling).to_root_units() for n in (1.0, 2.0))
+        single, double = (registry.Quantity(n, spelling).to_root_units() for n in (1.0, 2.0))
     except Exception:  # pint raises exceptions of many types
         return None
-    if two.magnitude != 2 * one.magnitude:  # not proportional: degrees Celsius, decibels
+    if double.magnitude != 2 * single.magnitude:  # not proportional: degrees Celsius, decibels
         return None
-    return _PintUnit(float(one.magnitude), str(one.dimensionality), "radian" in str(one.units))
+    return _PintUnit(
+        float(single.magnitude), str(single.dimensionality), "radian" in str(single.units)
+    )
 
 
 @cache

@@ -580,7 +580,7 @@ class Standard(RandomMotion):
 
     @field_validator("machine")
     @classmethod
-    def _known(cls, name: str) -> str:
+    def _known_class(cls, name: str) -> str:
         if name not in MACHINE_CLASSES:
             hint = did_you_mean(closest_match(name, MACHINE_CLASSES))
             raise ValueError(
@@ -675,7 +675,7 @@ def compare_psd(spectrum: SeatSpectrum, motion: Samples) -> tuple[dict[str, floa
     lines = slice(floor(low * length), ceil(high * length) + 1)
     amplitudes = np.fft.rfft(motion.u_dd[:-1], norm="forward")[lines]
     f = np.arange(lines.start, lines.start + len(amplitudes)) / length
-    found, asked = 2 * length * np.square(np.abs(amplitudes)), spectrum.density(f)
+    realised, asked = 2 * length * np.square(np.abs(amplitudes)), spectrum.density(f)
     edges = np.linspace(low, high, round((high - low) / CHECK_BANDWIDTH) + 1)
     bands = []
     for left, right in pairwise(edges.tolist()):
@@ -683,7 +683,7 @@ def compare_psd(spectrum: SeatSpectrum, motion: Samples) -> tuple[dict[str, floa
         if in_band.any():
             means = {
                 "asked": float(asked[in_band].mean()),
-                "found": float(found[in_band].mean()),
+                "found": float(realised[in_band].mean()),
             }
             bands.append({"from": left, "to": right, **means})
     return tuple(bands)

@@ -414,9 +414,9 @@ def explain(word: str) -> list[Entry]:
 @cache
 def _spellings() -> dict[str, str]:
     """Return every word, and every end of a dotted key, by its bare spelling."""
-    words = [entry.word for entry in entries()]
-    tails = [word.rpartition(".")[2] for word in words]
-    return {_bare(word): word for word in (*tails, *TERMS, *words)}
+    entry_words = [entry.word for entry in entries()]
+    tails = [word.rpartition(".")[2] for word in entry_words]
+    return {_bare(word): word for word in (*tails, *TERMS, *entry_words)}
 
 
 def _bare(word: str) -> str:
@@ -669,9 +669,9 @@ def _default(block: Any, key: str, field: Any) -> str:
         return "required"
     value = field.get("default")
     for rule in block.get("allOf", ()):
-        for words, then in (("oneOf", ""), ("anyOf", f": then {value}")):
-            alternatives = [option["required"][0] for option in rule.get(words, ())]
-            needed = words == "oneOf" or value is not None or ASSESS_KEY in alternatives
+        for quantifier, then in (("oneOf", ""), ("anyOf", f": then {value}")):
+            alternatives = [option["required"][0] for option in rule.get(quantifier, ())]
+            needed = quantifier == "oneOf" or value is not None or ASSESS_KEY in alternatives
             if key in alternatives and needed and key != ASSESS_KEY:
                 others = " or ".join(f"`{other}`" for other in alternatives if other != key)
                 return f"required, or {others}{then if value is not None else ''}"

@@ -86,13 +86,13 @@ def _draw_distribution(
         (statistic.half_width or 0.0) * metric.scale,
     )
     axes.axvspan(mean - half_width, mean + half_width, **INTERVAL_STYLE)
-    known = [
+    quantiles = [
         (level, value)
         for level, value in zip(QUANTILES, statistic.quantiles, strict=True)
         if statistic.seeds >= seeds_for_quantile(level)
     ]
-    levels = ", ".join(f"{100 * level:g}" for level, _ in known)
-    for _, value in known:
+    levels = ", ".join(f"{100 * level:g}" for level, _ in quantiles)
+    for _, value in quantiles:
         axes.axvline(value * metric.scale, **QUANTILE_STYLE, label=f"{levels} % quantiles")
     axes.axvline(mean, **MEAN_STYLE)
     shares = 100.0 * (np.arange(n) + 0.5) / n

@@ -35,7 +35,7 @@ UNIT_WORDS = {
     "min": ("min", "minute", "minutes", "minuten"),
     "h": ("hours", "stunden"),
 }
-UNIT_BY_WORD = {word: unit for unit, words in UNIT_WORDS.items() for word in words}
+UNIT_BY_WORD = {word: unit for unit, names in UNIT_WORDS.items() for word in names}
 UNIT_BY_WORD["microseconds"] = "us"
 
 NAMES_OF_TIME = re.compile(

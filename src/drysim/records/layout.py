@@ -110,17 +110,17 @@ def find_foot(table: TextTable) -> Foot | None:
     tail = table.file.text[max(table.start, end - LINES_SIZE) : end].splitlines()
     cells = [split_cells(part.decode("utf-8", "replace"), table.delimiter) for part in tail]
     first = [row[0].text if row else "" for row in cells]
-    words: list[str] = []
+    foot: list[str] = []
     for word in reversed(first):
         if word and not is_word(word):
             break
-        words.insert(0, word)
-    above = first[1 : len(first) - len(words)]  # the first line may be cut
-    if not words or not (any(words) or all(above)) or len(words) == len(tail):
+        foot.insert(0, word)
+    above = first[1 : len(first) - len(foot)]  # the first line may be cut
+    if not foot or not (any(foot) or all(above)) or len(foot) == len(tail):
         return None
     lines = raw_lines(table.file, table.start, table.line)
     last = max(line for line, offset, _ in lines if offset < end)
-    return Foot(last - len(words) + 1, last, tuple(filter(None, words)))
+    return Foot(last - len(foot) + 1, last, tuple(filter(None, foot)))
 
 
 def runs_across_rows(table: TextTable) -> bool:

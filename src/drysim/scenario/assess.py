@@ -108,7 +108,7 @@ class Assess(Block):
                 try:
                     of_axis.check_channel(channel)
                 except InvalidValue as fault:
-                    raise InvalidValue(str(fault), "axes", name, *fault.at) from None
+                    raise InvalidValue(str(fault), "axes", name, *fault.path) from None
         return self
 
     def along(self, axis: str) -> MeasuredRuns:

@@ -408,7 +408,7 @@ def read_free(reading: Reading) -> dict[str, dict[str, float]]:
     path = (FIT_KEY, "free")
     free = get_block(get_block(reading.values, FIT_KEY), "free")
     numeric = numeric_keys(reading.model, reading.values)
-    known = {
+    fit_keys = {
         **numeric,
         DELAY_KEY: NumericKey(Quantity("s"), float, None, {}, False),
         OFFSET_KEY: None,
@@ -425,21 +425,21 @@ def read_free(reading: Reading) -> dict[str, dict[str, float]]:
     options_by_key = {}
     for key, options in free.items():
         sentence = ""
-        if key not in known:
+        if key not in fit_keys:
             hint = (
                 other_laws_hint(str(key).removeprefix("friction."))
                 or did_you_mean(closest_match(str(key), fitted))
                 or f"; use one of {listed}"
             )
             sentence = f"{format_value(key)} is no key of this scenario{hint}"
-        elif known[key] is None and key != OFFSET_KEY:
+        elif fit_keys[key] is None and key != OFFSET_KEY:
             sentence = f"{format_value(key)} is no numeric key"
         elif key.partition(".")[0] not in FITTED_BLOCKS:
             sentence = f"{key} cannot be fitted, only keys of {join_words(FITTED_BLOCKS, 'or')}"
         if sentence:
             reading.fault(sentence, (*path, key), at_key=True)
         elif isinstance(options, Mapping):
-            options_by_key[key] = _read_options(reading, known[key], options, (*path, key))
+            options_by_key[key] = _read_options(reading, fit_keys[key], options, (*path, key))
         else:
             form = f"a block of {', '.join(FREE_OPTIONS)}, or {{}}"
             reading.report_value(f"must be {form}, not {format_value(options)}", (*path, key))

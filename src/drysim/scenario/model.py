@@ -761,14 +761,14 @@ def _with_window(case: Scenario, values: tuple[tuple[str, float], ...]) -> Scena
         window = times_in_seconds(times, frequencies, steady)
     except InvalidValue as fault:
         raise InvalidValue(
-            f"measure.{'.'.join(map(str, fault.at))} {fault}", "measure"
+            f"measure.{'.'.join(map(str, fault.path))} {fault}", "measure"
         ) from None
     return case.copy_with({"measure": type(case.measure).model_validate(window)})
 
 
 def _locate(scenario: Scenario, point: Point, error: InvalidValue) -> Problem:
     """Return the located problem of inconsistent values."""
-    key = ".".join(map(str, error.at))
+    key = ".".join(map(str, error.path))
     key = key if key in point else [*point][-1]
     axis = next((axis for axis in scenario.sweep if axis.key == key), None)
     keys: KeyPath = tuple(key.split("."))

@@ -113,7 +113,7 @@ class Reading:
         try:
             yield
         except ValueError as fault:
-            self.report_value(str(fault), (*path, *getattr(fault, "at", ())))
+            self.report_value(str(fault), (*path, *getattr(fault, "path", ())))
 
     def block(self, model: Model, block: Mapping[str, Any], path: KeyPath) -> dict[str, Any]:
         """Return the values of a block whose keys the model has."""

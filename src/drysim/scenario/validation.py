@@ -75,7 +75,7 @@ def _without_tags(loc: KeyPath, values: Any) -> KeyPath:
 def blamed_path(error: ErrorDetails) -> KeyPath:
     """Return the path of the key that our exception blames, relative to its block."""
     cause = error.get("ctx", {}).get("error")
-    return cause.at if isinstance(cause, InvalidValue) else ()
+    return cause.path if isinstance(cause, InvalidValue) else ()
 
 
 def validation_message(error: ErrorDetails) -> str:

@@ -854,7 +854,7 @@ def optimum_region(result: DesignResult, evaluated: Evaluations) -> Region | Non
         return None
     centre = np.array(shares_of(vary, best.values))
     points = points_near(centre)
-    tried, last = evaluated.points[evaluated.known], ROUNDS * len(GAP_SHARES)
+    tried, last = evaluated.points[evaluated.has_numbers], ROUNDS * len(GAP_SHARES)
     means = series.mean(axis=-1)
     at_points = interpolate(tried, means, points)
     earlier = interpolate(tried[:-last], means[:-last, 0], points)

@@ -115,7 +115,7 @@ class Ensemble(Result):
     def has_failed_cases(self) -> bool:
         """Whether the numerics failed for a seed."""
         (seeds,) = self.rows.batches
-        return not seeds.known().all()
+        return not seeds.has_numbers().all()
 
 
 def run(scenario: Scenario, *, workers: int | None = None) -> Outcome | Ensemble | Table:
@@ -214,7 +214,7 @@ def partial_ensemble(case: Case, store: Store) -> Ensemble:
 
 def make_ensemble(case: Case, seeds: Batch, complete: bool = True) -> Ensemble:
     """Return the ensemble of finished seeds with its verdicts; errors as in `solve`."""
-    scenario, good = case.scenario, seeds.part(seeds.known())
+    scenario, good = case.scenario, seeds.part(seeds.has_numbers())
     if not len(good):
         raise SolverError(f"the numerics fail for every seed; the first: {seeds.notes[0]}")
     one_seed = with_seed(scenario, good.points[SEED_KEY][0].item())

@@ -96,7 +96,7 @@ class Evaluations(NamedTuple):
         return Evaluations(*(np.concatenate(pair) for pair in zip(self, more, strict=True)))
 
     @property
-    def known(self) -> NDArray[np.bool_]:
+    def has_numbers(self) -> NDArray[np.bool_]:
         """Which evaluations have numbers."""
         finite = np.isfinite(self.objectives).all(axis=1)
         return np.asarray(finite & np.isfinite(self.constraints).all(axis=1))
@@ -105,7 +105,7 @@ class Evaluations(NamedTuple):
     def excess(self) -> Floats:
         """Largest constraint of each point, at least 0; infinite where it is not known."""
         worst = np.maximum(self.constraints, 0.0).max(axis=1, initial=0.0)
-        return np.where(self.known, worst, np.inf)
+        return np.where(self.has_numbers, worst, np.inf)
 
     @property
     def admissible(self) -> NDArray[np.bool_]:
@@ -152,13 +152,15 @@ class Surrogate:
     @classmethod
     def of(cls, evaluated: Evaluations, least: Sequence[float] = ()) -> Surrogate | None:
         """Return the interpolants of evaluations; None if there are too few."""
-        points, first = np.unique(evaluated.points[evaluated.known], axis=0, return_index=True)
+        points, first = np.unique(
+            evaluated.points[evaluated.has_numbers], axis=0, return_index=True
+        )
         count, dimensions = points.shape
         if count < dimensions + 2:
             return None
         if np.linalg.matrix_rank(points - points[0]) < dimensions:
             return None  # the points are on a line or in a plane
-        values = np.hstack(evaluated[1:])[evaluated.known][first]
+        values = np.hstack(evaluated[1:])[evaluated.has_numbers][first]
         # The radial functions together hold no linear function: their sum and first moments
         # are zero.
         system = np.zeros((count + 1 + dimensions,) * 2)
@@ -265,7 +267,7 @@ def gain(before: Evaluations, after: Evaluations) -> float:
 
     That of a front is the relative growth of the area which it dominates.
     """
-    if not before.known.any() or (after.admissible.any() and not before.admissible.any()):
+    if not before.has_numbers.any() or (after.admissible.any() and not before.admissible.any()):
         return np.inf
     if not after.admissible.any():
         return float(before.excess.min() - after.excess.min())

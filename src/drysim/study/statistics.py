@@ -76,8 +76,8 @@ class Row:
         values = self.over.values.get(name) if self.over else None
         if values is None:
             return self.metrics.get(name)
-        known = [value for value in values if value is not None]
-        return max(known) if len(known) == len(values) else None
+        numbers = [value for value in values if value is not None]
+        return max(numbers) if len(numbers) == len(values) else None
 
     @property
     def half_widths(self) -> Mapping[str, float | None]:
@@ -148,8 +148,8 @@ class Batch:
     @cached_property
     def metrics(self) -> Mapping[str, Floats]:
         """Column of each metric in `METRICS`, shape (n,); NaN where unknown."""
-        known = zip(self.names[len(FORCES) :], self.numbers[len(FORCES) :], strict=True)
-        return dict.fromkeys(METRIC_NAMES, np.full(len(self), np.nan)) | dict(known)
+        columns = zip(self.names[len(FORCES) :], self.numbers[len(FORCES) :], strict=True)
+        return dict.fromkeys(METRIC_NAMES, np.full(len(self), np.nan)) | dict(columns)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the fields, without what follows from them."""
@@ -184,14 +184,14 @@ class Batch:
     def row(self, i: int) -> Row:
         """Return one case as a row."""
         F_fk, F_fs, *values = self.numbers[:, i].tolist()
-        known = zip(self.names[len(FORCES) :], values, strict=True)
+        metrics = zip(self.names[len(FORCES) :], values, strict=True)
         return Row(
             {key: column[i].item() for key, column in self.points.items()},
             self.approach,
             F_fk,
             F_fs,
             dict.fromkeys(METRIC_NAMES)
-            | {name: _to_value(name, value) for name, value in known},
+            | {name: _to_value(name, value) for name, value in metrics},
             STATUSES[self.status[i]],
             self.notes.get(i, ""),
             self.over.get(i),
@@ -200,7 +200,7 @@ class Batch:
     @classmethod
     def of(cls, first: int, rows: Sequence[Row]) -> Self:
         """Convert rows of one approach to a batch."""
-        known = [
+        names = [
             name
             for name in METRIC_NAMES
             if any(row.metrics.get(name) is not None for row in rows)
@@ -208,13 +208,13 @@ class Batch:
         numbers = [
             [row.F_fk for row in rows],
             [row.F_fs for row in rows],
-            *([row.metrics.get(name) for row in rows] for name in known),
+            *([row.metrics.get(name) for row in rows] for name in names),
         ]
         return cls(
             first,
             rows[0].approach,
             {key: np.array([row.point[key] for row in rows]) for key in rows[0].point},
-            (*FORCES, *known),
+            (*FORCES, *names),
             np.array(numbers, dtype=float),  # None becomes NaN
             np.array([STATUSES.index(row.status) for row in rows], dtype=np.int8),
             {i: row.note for i, row in enumerate(rows) if row.note},
@@ -225,10 +225,10 @@ class Batch:
         """Return a metric of all cases, None where unknown."""
         return _to_values(name, self.metrics[name])
 
-    def known(self) -> NDArray[np.bool_]:
+    def has_numbers(self) -> NDArray[np.bool_]:
         """Return which cases have numbers, shape (n,)."""
-        known: NDArray[np.bool_] = self.status == STATUSES.index(OK)
-        return known
+        has_numbers: NDArray[np.bool_] = self.status == STATUSES.index(OK)
+        return has_numbers
 
     def part(self, which: slice | NDArray[np.bool_]) -> Self:
         """Return some of the cases; `first` remains that of all."""
@@ -247,8 +247,8 @@ class Batch:
     def join(cls, batches: Sequence[Self]) -> Self:
         """Return the cases of consecutive batches of one approach as one batch."""
         firsts = [0, *accumulate(map(len, batches))]
-        known = {name for batch in batches for name in batch.names}
-        names = (*FORCES, *(name for name in METRIC_NAMES if name in known))
+        stored = {name for batch in batches for name in batch.names}
+        names = (*FORCES, *(name for name in METRIC_NAMES if name in stored))
 
         def by_index(several: Iterable[Mapping[int, Any]]) -> dict[int, Any]:
             parts = zip(firsts, several, strict=False)
@@ -343,8 +343,8 @@ class Rows(LazySequence[Row]):
 
     def item(self, number: int) -> Row:
         """Return one row."""
-        at = bisect_right(self._firsts, number) - 1
-        return self.batches[at].row(number - self._firsts[at])
+        index = bisect_right(self._firsts, number) - 1
+        return self.batches[index].row(number - self._firsts[index])
 
 
 def as_batches(rows: Iterable[Row]) -> Iterable[Batch]:
@@ -357,8 +357,8 @@ def group_batches(rows: Iterable[Row]) -> Iterator[Batch]:
     first = 0
     for _, group in groupby(rows, key=lambda row: (row.approach, tuple(row.point))):
         several = list(group)
-        for at in range(0, len(several), ROWS_PER_BATCH):
-            part = several[at : at + ROWS_PER_BATCH]
+        for start in range(0, len(several), ROWS_PER_BATCH):
+            part = several[start : start + ROWS_PER_BATCH]
             yield Batch.of(first, part)
             first += len(part)
 
@@ -400,17 +400,17 @@ def statistics(seeds: Batch) -> dict[str, Statistic | None]:
 
 def means(seeds: Batch) -> dict[str, tuple[float, float | None]]:
     """Return mean and half-width, as `interval`, of every metric that a seed knows."""
-    known = {name: column[np.isfinite(column)] for name, column in seeds.metrics.items()}
-    return {name: _moments(series)[:2] for name, series in known.items() if len(series)}
+    finite = {name: column[np.isfinite(column)] for name, column in seeds.metrics.items()}
+    return {name: _moments(series)[:2] for name, series in finite.items() if len(series)}
 
 
 def _statistic(seeds: Batch, name: str) -> Statistic | None:
     """Return the statistics of one metric."""
     column = seeds.metrics[name]
-    known = np.isfinite(column)
-    if not known.any():
+    is_finite = np.isfinite(column)
+    if not is_finite.any():
         return None
-    series, numbers = column[known], seeds.points[SEED_KEY][known]
+    series, numbers = column[is_finite], seeds.points[SEED_KEY][is_finite]
     # Median-unbiased quantiles do not depend on the distribution (Hyndman & Fan 1996, type 8).
     quantiles = np.quantile(series, QUANTILES, method="median_unbiased").tolist()
     least, greatest = (
@@ -493,8 +493,8 @@ def with_seeds(
     if verdict.passed is None:
         return verdict
     check = verdict.check
-    known = np.isfinite(values)
-    values, seeds = values[known], seeds[known]
+    is_finite = np.isfinite(values)
+    values, seeds = values[is_finite], seeds[is_finite]
     failed = int((~check.holds(values)).sum())
     verdict = replace(verdict, seeds=len(values) or count, failed_seeds=failed)
     if check.judges == MEAN:
