@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from drysim import system
@@ -31,11 +32,15 @@ def _named_files(block: Block, keys: KeyPath) -> Iterator[tuple[KeyPath, Path]]:
 
 
 def file_hashes(scenario: Scenario) -> dict[str, str]:
-    """Return the SHA-256 (hex) of each file that a scenario names, by key."""
-    return {
-        ".".join(map(str, keys)): system.file_sha256(path)
-        for keys, path in named_files(scenario)
-    }
+    """Return the SHA-256 (hex) of each file that a scenario names, by key.
+
+    A file that cannot be read is left out: reading its contents says what is wrong.
+    """
+    hashes = {}
+    for keys, path in named_files(scenario):
+        with suppress(OSError, ValueError, system.NotARegularFile):
+            hashes[".".join(map(str, keys))] = system.file_sha256(path)
+    return hashes
 
 
 def swept_files(scenario: Scenario) -> Sequence[str]:
