@@ -203,16 +203,16 @@ def software_versions() -> dict[str, str]:
 
 
 DIGEST = "sha256"
-"""Field with the hash of all others."""
+"""Field with the hash of the others."""
 
 
 def digest_of(fields: Mapping[str, Any]) -> str:
-    """Return the SHA-256 (hex) of all fields of a drysim.json but `DIGEST`.
+    """Return the SHA-256 (hex) of the fields of a drysim.json.
 
     It is that of their JSON with sorted keys and without blanks, whatever the layout of the
-    file.
+    file. `DIGEST` itself is left out, and `created`, in which alone two runs differ.
     """
-    content = {key: value for key, value in fields.items() if key != DIGEST}
+    content = {key: value for key, value in fields.items() if key not in (DIGEST, "created")}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 
