@@ -453,6 +453,9 @@ def test_result_on_the_disk_can_be_assessed_again(tmp_path):
     assert [check["passed"] for check in fields["checks"]] == [True, False]
     again = drysim.assess(drysim.load(folder / "scenario.yaml"))
     assert again.metrics == result.metrics
+    page = (folder / "report.html").read_text()
+    assert '<body class="sheet">' in page
+    assert "name, signature" in page
     table = result.to_frame()
     assert list(table["SEAT"]) == [run.metrics["SEAT"] for run in result.runs]
     curves = result.to_frame("spectra")
