@@ -92,8 +92,9 @@ def _draw_distribution(
         if statistic.seeds >= seeds_for_quantile(level)
     ]
     levels = ", ".join(f"{100 * level:g}" for level, _ in quantiles)
+    label = f"{levels} % quantiles" if len(quantiles) > 1 else "median"
     for _, value in quantiles:
-        axes.axvline(value * metric.scale, **QUANTILE_STYLE, label=f"{levels} % quantiles")
+        axes.axvline(value * metric.scale, **QUANTILE_STYLE, label=label)
     axes.axvline(mean, **MEAN_STYLE)
     shares = 100.0 * (np.arange(n) + 0.5) / n
     axes.plot(ordered, shares, **SEEDS_STYLE, **marker_style, label="empirical distribution")
