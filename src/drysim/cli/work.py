@@ -173,8 +173,8 @@ def assess_plan(scenario: Scenario, folder: Path) -> Plan:
     from drysim.study.assess import prepare_runs
 
     runs = [run for runs in prepare_runs(scenario) for run in runs]
-    found = [warning for run in runs for warning in run.measurement.warnings]
-    warnings = tuple({warning.sentence: warning for warning in found}.values())
+    all_warnings = [warning for run in runs for warning in run.measurement.warnings]
+    warnings = tuple({warning.sentence: warning for warning in all_warnings}.values())
     lines = [
         f"{run.name}: {format_count(len(run.measurement.t), 'sample')}, "
         f"step {format_number(run.measurement.dt, 's')}"
@@ -184,11 +184,11 @@ def assess_plan(scenario: Scenario, folder: Path) -> Plan:
         "name": scenario.name,
         "runs": [run.name for run in runs],
         "samples": [len(run.measurement.t) for run in runs],
-        "model": runs[0].is_known,
+        "model": runs[0].has_model,
         "folder": folder.as_posix(),
         "warnings": [warning.sentence for warning in warnings],
     }
-    model = ", beside the model" if runs[0].is_known else ""
+    model = ", beside the model" if runs[0].has_model else ""
     first = f"{scenario.name}: {format_count(len(runs), 'record')} to evaluate{model}"
     return Plan(fields, [first, *lines], warnings)
 

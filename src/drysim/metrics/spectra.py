@@ -268,12 +268,12 @@ def transfer_estimate(
 
 def combined_estimate(estimates: Sequence[TransferEstimate]) -> TransferEstimate:
     """Return the estimate from all segments of several runs, whose lines are the same."""
-    weights = [found.segments for found in estimates]
+    weights = [estimate.segments for estimate in estimates]
     G_u, G_x, G_ux = (
-        np.average([getattr(found, name) for found in estimates], axis=0, weights=weights)
+        np.average([getattr(estimate, name) for estimate in estimates], axis=0, weights=weights)
         for name in ("G_u", "G_x", "G_ux")
     )
-    averages = sum(found.averages for found in estimates)
+    averages = sum(estimate.averages for estimate in estimates)
     first = estimates[0]
     return TransferEstimate(first.f, G_u, G_x, G_ux, first.segment, sum(weights), averages)
 

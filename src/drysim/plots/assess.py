@@ -40,18 +40,18 @@ Mask = NDArray[np.bool_]
 
 def draw(result: AssessResult) -> Figure:
     """Return the figure of an evaluation."""
-    found = result.transfer
-    excited = excited_lines(found.G_u)
+    transfer = result.transfer
+    excited = excited_lines(transfer.G_u)
     figure, grid = style.panel_grid(1, 3)
     left, middle, right = (figure.add_subplot(grid[0, i]) for i in range(3))
-    draw_psd(left, found)
-    draw_transmissibility(middle, result, found, excited)
-    draw_coherence(right, found, excited)
+    draw_psd(left, transfer)
+    draw_transmissibility(middle, result, transfer, excited)
+    draw_coherence(right, transfer, excited)
     for axes in figure.axes:
         axes.set_xscale("log")
         axes.set_xlabel("frequency [Hz]")
         if excited.any():
-            axes.set_xlim(found.f[0], 2.0 * found.f[excited][-1])
+            axes.set_xlim(transfer.f[0], 2.0 * transfer.f[excited][-1])
         style.set_ticks(axes.xaxis)
     style.finish_figure(figure, heading(result))
     return figure
@@ -59,23 +59,23 @@ def draw(result: AssessResult) -> Figure:
 
 def heading(result: AssessResult) -> style.Heading:
     """Return the heading: the main numbers, then how the spectra were estimated."""
-    metrics, found = result.metrics, result.transfer
+    metrics, transfer = result.metrics, result.transfer
     names = ("SEAT", "a_w", "VDV", "T_a", PEAK_STROKE, "A_8")
-    known = [
+    numbers = [
         format_labelled(name, metrics[name]) for name in names if metrics[name] is not None
     ]
     runs = f"mean of {format_count(len(result.runs), 'run')}: " * (len(result.runs) > 1)
     least = format_percent(MIN_POWER_SHARE)
     spectra = (
-        f"Welch, {format_count(found.segments, 'segment')} of "
-        f"{format_number(found.segment, 's', 3)}; H where the base PSD is at least {least} of "
-        "its peak"
+        f"Welch, {format_count(transfer.segments, 'segment')} of "
+        f"{format_number(transfer.segment, 's', 3)}; H where the base PSD is at least {least} "
+        "of its peak"
     )
-    return style.make_heading(result.scenario, runs + ", ".join(known), "", spectra)
+    return style.make_heading(result.scenario, runs + ", ".join(numbers), "", spectra)
 
 
 def draw_transmissibility(
-    axes: Axes, result: AssessResult, found: TransferEstimate, excited: Mask
+    axes: Axes, result: AssessResult, transfer: TransferEstimate, excited: Mask
 ) -> None:
     """Draw H1 with its band, H2 and Hv, each run, and the model."""
     set_title(axes, "transmissibility |H| [–]")
@@ -84,29 +84,29 @@ def draw_transmissibility(
         size: Floats = np.where(excited, np.abs(H), np.nan)
         return size
 
-    low, high = (np.where(excited, end, np.nan) for end in band_of_H1(found))
-    axes.fill_between(found.f, low, high, **BAND_STYLE, label="95 % band of H1")
+    low, high = (np.where(excited, end, np.nan) for end in band_of_H1(transfer))
+    axes.fill_between(transfer.f, low, high, **BAND_STYLE, label="95 % band of H1")
     for run in result.runs if len(result.runs) > 1 else ():
         if run.transfer is not None:
-            axes.plot(found.f, shown(run.transfer.H1), **RUN_STYLE, label="H1 of each run")
-    axes.plot(found.f, shown(found.H2), **H2_STYLE, label="H2")
-    axes.plot(found.f, shown(found.Hv), **HV_STYLE, label="Hv")
-    axes.plot(found.f, shown(found.H1), **MASS_STYLE, label="H1")
+            axes.plot(transfer.f, shown(run.transfer.H1), **RUN_STYLE, label="H1 of each run")
+    axes.plot(transfer.f, shown(transfer.H2), **H2_STYLE, label="H2")
+    axes.plot(transfer.f, shown(transfer.Hv), **HV_STYLE, label="Hv")
+    axes.plot(transfer.f, shown(transfer.H1), **MASS_STYLE, label="H1")
     if (model := result.model_H1) is not None:
-        axes.plot(found.f, shown(model), **MODEL_STYLE, label="H1 of the model")
+        axes.plot(transfer.f, shown(model), **MODEL_STYLE, label="H1 of the model")
     axes.axhline(1.0, color="#8a8a8a", linewidth=0.8)
     axes.set_yscale("log")
-    size = shown(found.H1)[excited]
+    size = shown(transfer.H1)[excited]
     if len(size) and size.min() > 0.0:
         least = max(size.min(), LEAST_SHARE * size.max())
         axes.set_ylim(0.6 * min(least, 1.0), 1.6 * max(size.max(), 1.0))
     style.set_ticks(axes.yaxis)
 
 
-def draw_coherence(axes: Axes, found: TransferEstimate, excited: Mask) -> None:
+def draw_coherence(axes: Axes, transfer: TransferEstimate, excited: Mask) -> None:
     """Draw the coherence with its band."""
     set_title(axes, "coherence [–]")
-    low, high = (np.where(excited, end, np.nan) for end in band_of_coherence(found))
-    axes.fill_between(found.f, low, high, **BAND_STYLE, label="95 % band of the coherence")
-    axes.plot(found.f, np.where(excited, found.coherence, np.nan), **MASS_STYLE)
+    low, high = (np.where(excited, end, np.nan) for end in band_of_coherence(transfer))
+    axes.fill_between(transfer.f, low, high, **BAND_STYLE, label="95 % band of the coherence")
+    axes.plot(transfer.f, np.where(excited, transfer.coherence, np.nan), **MASS_STYLE)
     axes.set_ylim(0.0, 1.02)

@@ -75,10 +75,10 @@ def summarise(result: AssessResult) -> Summary:
 
 def assess_scene(result: AssessResult) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was measured, and with what it is compared."""
-    first, scenario, found = result.runs[0], result.scenario, result.transfer
+    first, scenario, transfer = result.runs[0], result.scenario, result.transfer
     names = [name for name in ("x_dd", "x_r") if name != "x_r" or first.metrics[PEAK_STROKE]]
     files = join_words([wording.sanitise(run.file) for run in result.runs])
-    step = 0.5 / float(found.f[-1])
+    step = 0.5 / float(transfer.f[-1])
     along = f" along {first.axis}" if first.axis else ""
     axes = [run.axis for run in result.others if run.file == first.file]
     besides = f"; also along {join_words(axes)}" if axes else ""
@@ -89,15 +89,16 @@ def assess_scene(result: AssessResult) -> Iterator[tuple[str, str]]:
     settled = f", after {format_number(settle, 's')}" if settle else ""
     yield "window", f"{format_range(min(lengths), max(lengths), 's')} at {rate}{settled}"
     yield from clean_up_lines(describe_clean_up(result.motion))
-    averages = format_number(found.averages, digits=3)
+    averages = format_number(transfer.averages, digits=3)
     yield (
         "spectra",
-        f"{format_count(found.segments, 'segment')} of {format_number(found.segment, 's', 3)}, "
-        f"half overlapping: {averages} independent averages",
+        f"{format_count(transfer.segments, 'segment')} of "
+        f"{format_number(transfer.segment, 's', 3)}, half overlapping: {averages} independent "
+        "averages",
     )
     if result.model is not None:
-        known = list(describe_scene(scenario, scenario.oscillator.plant(), scenario.law()))
-        yield "model", "; ".join(text for _, text in known)
+        model = describe_scene(scenario, scenario.oscillator.plant(), scenario.law())
+        yield "model", "; ".join(text for _, text in model)
 
 
 def measured_rows(result: AssessResult) -> Iterator[Row]:
@@ -134,26 +135,28 @@ def measured_rows(result: AssessResult) -> Iterator[Row]:
 
 def transfer_rows(result: AssessResult) -> Iterator[Row]:
     """Yield the largest transmissibility, and the coherence."""
-    found = result.transfer
-    lines = np.flatnonzero(excited_lines(found.G_u))
+    transfer = result.transfer
+    lines = np.flatnonzero(excited_lines(transfer.G_u))
     if not len(lines):
         return
-    size, low, high = np.abs(found.H1), *band_of_H1(found)
+    size, low, high = np.abs(transfer.H1), *band_of_H1(transfer)
     place = lines[int(np.argmax(size[lines]))]
     band = format_range(float(low[place]), float(high[place]), digits=3)
-    at = format_number(float(found.f[place]), "Hz", 3)
+    frequency = format_number(float(transfer.f[place]), "Hz", 3)
     yield Row(
-        "peak |H1|", format_number(float(size[place]), digits=4), f"at {at}, 95 %: {band}"
+        "peak |H1|",
+        format_number(float(size[place]), digits=4),
+        f"at {frequency}, 95 %: {band}",
     )
-    coherence = found.coherence[lines]
+    coherence = transfer.coherence[lines]
     least = lines[int(np.argmin(coherence))]
     yield Row(
         "coherence",
         format_number(float(np.median(coherence)), digits=3),
-        f"median from {format_number(float(found.f[lines[0]]), digits=3)} to "
-        f"{format_number(float(found.f[lines[-1]]), 'Hz', 3)}, where the base moves; least "
+        f"median from {format_number(float(transfer.f[lines[0]]), digits=3)} to "
+        f"{format_number(float(transfer.f[lines[-1]]), 'Hz', 3)}, where the base moves; least "
         f"{format_number(float(coherence.min()), digits=3)} at "
-        f"{format_number(float(found.f[least]), 'Hz', 3)}",
+        f"{format_number(float(transfer.f[least]), 'Hz', 3)}",
     )
 
 
@@ -292,17 +295,17 @@ def write_assess_csv(result: AssessResult, file: Path) -> None:
 
 def write_spectra_csv(result: AssessResult, file: Path) -> None:
     """Write spectra.csv: spectra, H1, H2, Hv and coherence with their bands."""
-    found = result.transfer
-    (H1_low, H1_high), (low, high) = band_of_H1(found), band_of_coherence(found)
+    transfer = result.transfer
+    (H1_low, H1_high), (low, high) = band_of_H1(transfer), band_of_coherence(transfer)
     columns = {
-        "f [Hz]": found.f,
-        "G_u [(m/s2)2/Hz]": found.G_u,
-        "G_x [(m/s2)2/Hz]": found.G_x,
-        "H1 [-]": np.abs(found.H1),
-        "phase [rad]": np.angle(found.H1),
-        "coherence [-]": found.coherence,
-        "H2 [-]": np.abs(found.H2),
-        "Hv [-]": np.abs(found.Hv),
+        "f [Hz]": transfer.f,
+        "G_u [(m/s2)2/Hz]": transfer.G_u,
+        "G_x [(m/s2)2/Hz]": transfer.G_x,
+        "H1 [-]": np.abs(transfer.H1),
+        "phase [rad]": np.angle(transfer.H1),
+        "coherence [-]": transfer.coherence,
+        "H2 [-]": np.abs(transfer.H2),
+        "Hv [-]": np.abs(transfer.Hv),
         "H1_low [-]": H1_low,
         "H1_high [-]": H1_high,
         "coherence_low [-]": low,
@@ -315,15 +318,15 @@ def write_spectra_csv(result: AssessResult, file: Path) -> None:
 
 def assess_fields(result: AssessResult, provenance: Provenance) -> Fields:
     """Return the content of drysim.json for an evaluation."""
-    found = result.transfer
+    transfer = result.transfer
     numerics = {
         "method": "metrics of the samples; frequency weighting and spectra by FFT",
         "spectra": {
             "method": "Welch, Hann window, half overlapping, mean of each segment removed",
-            "segment": found.segment,
-            "segments": found.segments,
-            "averages": found.averages,
-            "resolution": 1.0 / found.segment,
+            "segment": transfer.segment,
+            "segments": transfer.segments,
+            "averages": transfer.averages,
+            "resolution": 1.0 / transfer.segment,
         },
     }
     names = [metric.name for metric in METRICS]

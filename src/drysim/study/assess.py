@@ -163,10 +163,10 @@ class AssessResult(Result):
     @property
     def model_H1(self) -> Complexes | None:
         """Transmissibility H1 of the model at the same lines [-]; None without a model."""
-        found = [run.model_spectra for run in self.runs if run.model_spectra is not None]
-        if not found:
+        models = [run.model_spectra for run in self.runs if run.model_spectra is not None]
+        if not models:
             return None
-        H1, weights = ([getattr(each, name) for each in found] for name in ("H1", "G_u"))
+        H1, weights = ([getattr(model, name) for model in models] for name in ("H1", "G_u"))
         return np.asarray(np.average(H1, axis=0, weights=weights), dtype=np.complex128)
 
     def deviation(self, name: str) -> float | None:
@@ -328,8 +328,8 @@ class RunCase(NamedTuple):
     """Base acceleration at the measured instants [m/s²]; None where not measured."""
     part: slice
     """Measured samples in the window."""
-    is_known: bool
-    """Whether the model is known."""
+    has_model: bool
+    """Whether there is a model; it moves along the axis of `measured` only."""
 
     @property
     def name(self) -> str:
@@ -354,15 +354,15 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> RunCase:
     """
     block, measure = assess_of(scenario), scenario.measure
     measured = (block.along(axis) if axis else block.measured).of_file(file)
-    own_axis = next((each for each, which in AXES.items() if which == measure.direction), "")
-    if axis and own_axis in ("", axis):
+    main_axis = next((name for name, along in AXES.items() if along == measure.direction), "")
+    if axis and main_axis in ("", axis):
         sentence = f"assess.axes.{axis} is the axis of `measured` already"
-        if not own_axis:
+        if not main_axis:
             sentence = "assess.axes requires measure.direction, that of `measured`"
         raise scenario.error(sentence, ("assess", "axes", axis))
     if axis:
         measure = measure.model_copy(update={"direction": AXES[axis], "weighting": None})
-    is_base_known = measured.u_dd is not None or not axis
+    has_base = measured.u_dd is not None or not axis
     if measured.u_dd is not None or axis:
         name = "u_dd" if measured.u_dd is not None else "x_dd"  # gives the times only
         base = as_base_motion(measured.record(name), {"gravity": "refuse"})
@@ -379,7 +379,7 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> RunCase:
     )
     motion = base_motion(source)
     assert isinstance(motion, Samples), "a record is sampled"
-    if is_base_known and float(np.ptp(motion.u_dd[:])) == 0.0:
+    if has_base and float(np.ptp(motion.u_dd[:])) == 0.0:
         sentence = "the base is the same in every sample: no motion was recorded"
         raise record_error(str(base.path), sentence)
     measurement = read_measurement(source, measured.model_copy(update={"u_dd": None}), motion)
@@ -393,11 +393,11 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> RunCase:
     last = floor((end - float(t[0])) / dt + STEP_TOLERANCE)
     lag = round(measured.delay / motion.dt)
     places = measurement.first - lag + measurement.stride * np.arange(len(t))
-    u_dd = motion.u_dd[:][np.clip(places, 0, len(motion.u_dd) - 1)] if is_base_known else None
-    unknown = {*scenario.missing_blocks, *scenario.missing_values} - {"excitation"}
+    u_dd = motion.u_dd[:][np.clip(places, 0, len(motion.u_dd) - 1)] if has_base else None
+    missing = {*scenario.missing_blocks, *scenario.missing_values} - {"excitation"}
     part = slice(first, last + 1)
     return RunCase(
-        axis or own_axis, file, case, motion, measurement, u_dd, part, not (axis or unknown)
+        axis or main_axis, file, case, motion, measurement, u_dd, part, not (axis or missing)
     )
 
 
@@ -424,16 +424,16 @@ def evaluate_run(run: RunCase, segment: float) -> Run:
     length, transfer = len(x_dd[run.part]) * dt, None
     if run.u_dd is not None:
         transfer = transfer_estimate(run.u_dd[run.part], x_dd[run.part], dt, segment)
-    found = Run(run.file, run.axis, length, metrics, transfer)
-    if not run.is_known:
-        return found
+    measured = Run(run.file, run.axis, length, metrics, transfer)
+    if not run.has_model:
+        return measured
     choose_engine(case_cost(case), case.kernels)
     response = march_from_start(case)[0]
     weighted = weighted_motion(case, response, case.window)
     observed = observe_window(
         case, trajectory_of_response(response), case.window, None, weighted
     )
-    return found._replace(
+    return measured._replace(
         model=evaluate(observed), model_spectra=spectra(response, case.window, segment)
     )
 
@@ -454,10 +454,10 @@ def combine(runs: Sequence[Metrics]) -> Values:
 
 def largest_deviation(values: Sequence[float | None]) -> float | None:
     """Return the largest deviation from the mean, relative to it; None where it is unknown."""
-    known = np.array([value for value in values if value is not None])
-    if len(known) < max(len(values), 2) or not known.mean():
+    numbers = np.array([value for value in values if value is not None])
+    if len(numbers) < max(len(values), 2) or not numbers.mean():
         return None
-    return float(np.abs(known / known.mean() - 1.0).max())
+    return float(np.abs(numbers / numbers.mean() - 1.0).max())
 
 
 def daily_exposures(scenario: Scenario, runs: Sequence[Run]) -> tuple[Exposure, ...]:
@@ -479,7 +479,7 @@ def daily_exposures(scenario: Scenario, runs: Sequence[Run]) -> tuple[Exposure, 
 # Confidence of the transmissibility
 
 
-def band_of_H1(found: TransferEstimate) -> tuple[Floats, Floats]:
+def band_of_H1(transfer: TransferEstimate) -> tuple[Floats, Floats]:
     """Return the ends of the 95 % confidence interval of |H1| at each line.
 
     Notes
@@ -489,16 +489,16 @@ def band_of_H1(found: TransferEstimate) -> tuple[Floats, Floats]:
     the residual variance estimated. It holds what noise of the mass and friction add, and not
     the bias by noise of the base, nor what the finite width of the lines smooths.
     """
-    freedom, size = 2.0 * (found.averages - 1.0), np.abs(found.H1)
+    freedom, size = 2.0 * (transfer.averages - 1.0), np.abs(transfer.H1)
     if freedom <= 0.0:
         return np.zeros(len(size)), np.full(len(size), np.inf)
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.sqrt((1.0 - found.coherence) / (found.coherence * freedom))
+        share = np.sqrt((1.0 - transfer.coherence) / (transfer.coherence * freedom))
     half = size * student_t(freedom) * share
     return np.maximum(size - half, 0.0), size + half
 
 
-def band_of_coherence(found: TransferEstimate) -> tuple[Floats, Floats]:
+def band_of_coherence(transfer: TransferEstimate) -> tuple[Floats, Floats]:
     """Return the ends of the 95 % confidence interval of the coherence at each line.
 
     Notes
@@ -507,11 +507,11 @@ def band_of_coherence(found: TransferEstimate) -> tuple[Floats, Floats]:
     of 1/(2 (n - 1)), with n independent averages; Enochson and Goodman (1965), for n of about
     10 or more.
     """
-    freedom = 2.0 * (found.averages - 1.0)
+    freedom = 2.0 * (transfer.averages - 1.0)
     if freedom <= 0.0:
-        return np.zeros(len(found.f)), np.ones(len(found.f))
+        return np.zeros(len(transfer.f)), np.ones(len(transfer.f))
     with np.errstate(divide="ignore"):
-        z = np.arctanh(np.sqrt(found.coherence)) - 1.0 / freedom
+        z = np.arctanh(np.sqrt(transfer.coherence)) - 1.0 / freedom
     low, high = (np.maximum(z + s * NORMAL_95 / np.sqrt(freedom), 0.0) for s in (-1.0, 1.0))
     return np.square(np.tanh(low)), np.square(np.tanh(high))
 
@@ -522,13 +522,13 @@ def band_of_coherence(found: TransferEstimate) -> tuple[Floats, Floats]:
 def run_warnings(case: RunCase, run: Run, is_named: bool) -> Iterator[WarningMessage]:
     """Yield the warnings about a run, with its file and axis if there are several."""
     motion, where = case.motion, f"{case.name}: " * is_named
-    found = [*motion.warnings, *case.measurement.warnings]
-    found += weighting_warnings(case.case.scenario, motion)
+    warnings = [*motion.warnings, *case.measurement.warnings]
+    warnings += weighting_warnings(case.case.scenario, motion)
     if run.transfer is not None:
-        found += spectra_warnings(case.case, run.transfer)
+        warnings += spectra_warnings(case.case, run.transfer)
     if fault := likely_fault(case, run.transfer):
-        found.append(fault)
-    for warning in found:
+        warnings.append(fault)
+    for warning in warnings:
         yield replace(warning, sentence=f"{where}{warning.sentence}")
 
 
@@ -570,7 +570,7 @@ GAIN_TOLERANCE = 0.3
 """Relative distance of the gain of the stroke from a usual factor within which it is that."""
 
 
-def likely_fault(case: RunCase, found: TransferEstimate | None) -> WarningMessage | None:
+def likely_fault(case: RunCase, transfer: TransferEstimate | None) -> WarningMessage | None:
     """Return the warning about the most likely fault of the channels; None if there is none.
 
     Notes
@@ -579,50 +579,50 @@ def likely_fault(case: RunCase, found: TransferEstimate | None) -> WarningMessag
     ω²), whatever it is. Where another sign, unit, order or lag of the channels brings the
     measured one much closer to such a curve, that is most likely wrong.
     """
-    if found is None:
+    if transfer is None:
         return None
-    f, H, excited = found.f, found.H1, excited_lines(found.G_u)
+    f, H, excited = transfer.f, transfer.H1, excited_lines(transfer.G_u)
     if excited.sum() < 3:
         return None
-    error = oscillator_error(f, H, np.where(excited, found.G_u, 0.0))
+    error = oscillator_error(f, H, np.where(excited, transfer.G_u, 0.0))
     best, cause, numbers = error, "", {"difference": error}
     if error > WRONG_MODEL:
-        for fault, other, weight in possible_faults(found, case.measurement.dt):
+        for fault, other, weight in possible_faults(transfer, case.measurement.dt):
             if (other_error := oscillator_error(f, other, weight)) < best:
                 best, cause = other_error, fault
     if best < MUCH_BETTER * min(error, 1.0) and cause:
         sentence = f"{cause}; the transmissibility is that of no mass on a spring and a damper"
         return WarningMessage("channels-suspect", sentence, numbers)
-    if "x_r" in case.measurement.channels and (cause := fault_of_stroke(case, found)):
+    if "x_r" in case.measurement.channels and (cause := fault_of_stroke(case, transfer)):
         return WarningMessage("channels-suspect", f"{cause}; the accelerations say so", {})
     return None
 
 
 def possible_faults(
-    found: TransferEstimate, dt: float
+    transfer: TransferEstimate, dt: float
 ) -> Iterator[tuple[str, Complexes, Floats]]:
     """Yield usual faults, each with the corrected transmissibility and its weights."""
-    weight = np.where(excited_lines(found.G_u), found.G_u, 0.0)
-    yield SIGN_FAULT.format(name="x_dd"), -found.H1, weight
-    of_mass = np.where(excited_lines(found.G_x), found.G_x, 0.0)
-    yield SWAP_FAULT, 1.0 / found.H2, of_mass
+    weight = np.where(excited_lines(transfer.G_u), transfer.G_u, 0.0)
+    yield SIGN_FAULT.format(name="x_dd"), -transfer.H1, weight
+    of_mass = np.where(excited_lines(transfer.G_x), transfer.G_x, 0.0)
+    yield SWAP_FAULT, 1.0 / transfer.H2, of_mass
     for factor, fault in WRONG_UNITS["x_dd"].items():
-        yield UNIT_FAULT.format(name="x_dd", factor=fault), factor * found.H1, weight
-    lag = closest_lag(found, weight, dt)
-    if abs(2.0 * np.pi * lag * float(np.average(found.f, weights=weight))) > LEAST_PHASE:
-        words = LAG_FAULT.format(lag=format_number(lag, "s", 3), remedy="state")
-        yield words, without_lag(found, lag), weight
+        yield UNIT_FAULT.format(name="x_dd", factor=fault), factor * transfer.H1, weight
+    lag = closest_lag(transfer, weight, dt)
+    if abs(2.0 * np.pi * lag * float(np.average(transfer.f, weights=weight))) > LEAST_PHASE:
+        sentence = LAG_FAULT.format(lag=format_number(lag, "s", 3), remedy="state")
+        yield sentence, without_lag(transfer, lag), weight
 
 
-def without_lag(found: TransferEstimate, lag: float) -> Complexes:
+def without_lag(transfer: TransferEstimate, lag: float) -> Complexes:
     """Return the transmissibility of a response that comes earlier by a lag [s]."""
-    return np.asarray(found.H1 * np.exp(2j * np.pi * found.f * lag), dtype=np.complex128)
+    return np.asarray(transfer.H1 * np.exp(2j * np.pi * transfer.f * lag), dtype=np.complex128)
 
 
-def closest_lag(found: TransferEstimate, weight: Floats, dt: float) -> float:
+def closest_lag(transfer: TransferEstimate, weight: Floats, dt: float) -> float:
     """Return the lag without which the transmissibility is closest to an oscillator's [s]."""
     lags = dt * np.arange(-LONGEST_LAG, LONGEST_LAG + 1)
-    errors = [oscillator_error(found.f, without_lag(found, lag), weight) for lag in lags]
+    errors = [oscillator_error(transfer.f, without_lag(transfer, lag), weight) for lag in lags]
     return float(lags[int(np.argmin(errors))])
 
 
@@ -667,18 +667,18 @@ def positive_least_squares(columns: Complexes, wanted: Complexes) -> Floats:
     return np.where(gains == gains.max(), single, 0.0)
 
 
-def fault_of_stroke(case: RunCase, found: TransferEstimate) -> str:
+def fault_of_stroke(case: RunCase, transfer: TransferEstimate) -> str:
     """Return the fault of the stroke that the accelerations show: x_r" = x_dd - u_dd."""
-    assert case.u_dd is not None, "the transmissibility is known"
+    assert case.u_dd is not None, "only with a base is there a transmissibility"
     stroke = transfer_estimate(
         case.u_dd[case.part],
         case.measurement.channels["x_r"][case.part],
         case.measurement.dt,
-        found.segment,
+        transfer.segment,
     )
-    lines = excited_lines(found.G_u)
-    wanted = -(found.H1[lines] - 1.0) / np.square(2.0 * np.pi * found.f[lines])
-    root = np.sqrt(found.G_u[lines])
+    lines = excited_lines(transfer.G_u)
+    wanted = -(transfer.H1[lines] - 1.0) / np.square(2.0 * np.pi * transfer.f[lines])
+    root = np.sqrt(transfer.G_u[lines])
     H = stroke.H1[lines] * root
     power = float(np.sum(np.square(np.abs(H))))
     gain = float(np.sum((np.conj(H) * wanted * root).real)) / power if power else 1.0
