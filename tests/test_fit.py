@@ -992,6 +992,21 @@ def fitted_files(drysim, folder: Path, *words: object) -> tuple[dict[str, bytes]
     return files, fields
 
 
+def test_refused_fit_leaves_no_folder(drysim, short, tmp_path):
+    copy_twin(short, tmp_path)
+    text = (tmp_path / "twin.yaml").read_text()
+    faults = {
+        "record": text.replace("run.csv", "ran.csv"),
+        "law": text.replace("free:", "laws: [coulomb, lugre]\n  free:"),
+        "motion": text.replace("run.csv, ", "base.csv, ").replace("x_dd: x_dd", "x_dd: u_dd"),
+    }
+    for name, fault in faults.items():
+        assert fault != text
+        (tmp_path / f"{name}.yaml").write_text(fault)
+        assert drysim("fit", f"{name}.yaml").code in (2, 3), name
+        assert not (tmp_path / "out").exists(), name
+
+
 def test_checks_on_the_fit_are_refused_elsewhere(drysim, tmp_path):
     write_twin(tmp_path, SEAT + STICKY, seconds=1.0)
     (tmp_path / "seat.yaml").write_text(

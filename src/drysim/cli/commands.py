@@ -461,13 +461,13 @@ def fit(
 
     common = Common.of(context)
     loaded = load(scenario, changes or [])
-    study.require_fit(loaded)
+    models = study.prepare_fit(loaded)
     job = Job(
         name=study_name(loaded.name, "fit"),
         kind="fit",
         plan=lambda folder: work.fit_plan(build_model(loaded), folder),
-        solve=lambda given: study.fit(
-            loaded, workers=workers, finished=given.advance, store=given.store
+        solve=lambda given: study.solve(
+            loaded, models, workers=workers, finished=given.advance, store=given.store
         ),
         total=study.count_steps(loaded),
         items="steps",

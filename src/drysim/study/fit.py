@@ -232,7 +232,6 @@ def fit(
     *,
     workers: int | None = None,
     finished: Callable[[int], None] = ignore_progress,
-    store: Store | None = None,
 ) -> FitResult:
     """Fit the free keys of a scenario to its measured response.
 
@@ -244,8 +243,6 @@ def fit(
         Number of workers; the result does not depend on it. Default: one for each core.
     finished : callable, optional
         Called with the number of finished steps, of which `count_steps` returns the total.
-    store : Store, optional
-        Keeps the finished steps, and has those of an interrupted fit. Default: none are kept.
 
     Returns
     -------
@@ -262,13 +259,41 @@ def fit(
     UsageError
         If the scenario has no fit block.
     """
+    return solve(scenario, prepare_fit(scenario), workers=workers, finished=finished)
+
+
+def prepare_fit(scenario: Scenario) -> list[FitModel]:
+    """Return the models of the laws to compare, or that of the scenario alone.
+
+    Raises
+    ------
+    RecordError, ScenarioError, SolverError, UsageError
+        As `fit` does, for all that is found without a fit.
+    """
     require_fit(scenario)
     first = build_model(scenario)
     choose_engine(case_cost(first.case), first.case.kernels)
     check_motion(first)
-    end = fitted_end(scenario, first.measurement)
     names, read = fit_of(scenario).laws, (first.motion, first.measurement)
     models = [model_of_law(scenario, *read, name) for name in names] or [first]
+    for model in models:
+        model.starts()
+    return models
+
+
+def solve(
+    scenario: Scenario,
+    models: Sequence[FitModel],
+    *,
+    workers: int | None = None,
+    finished: Callable[[int], None] = ignore_progress,
+    store: Store | None = None,
+) -> FitResult:
+    """Fit the models of `prepare_fit`; other arguments as those of `fit`.
+
+    A store keeps the finished steps, and has those of an interrupted fit.
+    """
+    names, end = fit_of(scenario).laws, fitted_end(scenario, models[0].measurement)
     with WorkerPool(worker_count(workers)) as pool:
         steps = Steps(pool, store)
         fits = [fit_law(model, end, steps, finished) for model in models]
