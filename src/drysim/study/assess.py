@@ -3,9 +3,6 @@
 The channels are read and placed on one time axis as for a fit, and the metrics are those of the
 table, evaluated on the samples. Several runs of a test give a mean, a spread and a verdict on
 whether they agree; the axes of a seat give the daily exposure of directive 2002/44/EC.
-
-A fault of the channels, such as a sign, shows in the transmissibility: without it that of a
-mass on a spring and a damper describes the measured one much better (`likely_fault`).
 """
 
 from __future__ import annotations
@@ -27,7 +24,6 @@ from drysim.metrics.spectra import (
     Spectra,
     TransferEstimate,
     combined_estimate,
-    excited_lines,
     spectra,
     transfer_estimate,
 )
@@ -43,17 +39,10 @@ from drysim.records.columns import record_error
 from drysim.scenario.assess import AXES, Assess, MeasuredRuns
 from drysim.scenario.model import Scenario
 from drysim.scenario.warnings import weighting_warnings
+from drysim.study.assess_faults import fault_warning
 from drysim.study.budget import case_cost
 from drysim.study.case import Case
 from drysim.study.fit_model import GRID_TOLERANCE, Measurement, as_base_motion, read_measurement
-from drysim.study.fit_warnings import (
-    LAG_FAULT,
-    MUCH_BETTER,
-    SIGN_FAULT,
-    SWAP_FAULT,
-    UNIT_FAULT,
-    WRONG_UNITS,
-)
 from drysim.study.outcome import Result, count_verdicts, format_repr
 from drysim.study.preparation import (
     assemble,
@@ -341,6 +330,13 @@ class RunCase(NamedTuple):
         """The records that were read."""
         return (*self.motion.inputs, *self.measurement.inputs)
 
+    def transfer_to(self, channel: str, segment: float) -> TransferEstimate | None:
+        """Return the estimate from the base to a channel; None if either is not measured."""
+        values, part = self.measurement.channels.get(channel), self.part
+        if self.u_dd is None or values is None:
+            return None
+        return transfer_estimate(self.u_dd[part], values[part], self.measurement.dt, segment)
+
 
 def prepare_run(scenario: Scenario, axis: str, file: str) -> RunCase:
     """Read a record along an axis; an empty one stands for that of `measured`.
@@ -421,9 +417,7 @@ def evaluate_run(run: RunCase, segment: float) -> Run:
     metrics = evaluate_samples(
         x_dd, run.u_dd, channels.get("x_r"), dt, run.part, case.limits, settings
     )
-    length, transfer = len(x_dd[run.part]) * dt, None
-    if run.u_dd is not None:
-        transfer = transfer_estimate(run.u_dd[run.part], x_dd[run.part], dt, segment)
+    length, transfer = len(x_dd[run.part]) * dt, run.transfer_to("x_dd", segment)
     measured = Run(run.file, run.axis, length, metrics, transfer)
     if not run.has_model:
         return measured
@@ -526,8 +520,9 @@ def run_warnings(case: RunCase, run: Run, is_named: bool) -> Iterator[WarningMes
     warnings += weighting_warnings(case.case.scenario, motion)
     if run.transfer is not None:
         warnings += spectra_warnings(case.case, run.transfer)
-    if fault := likely_fault(case, run.transfer):
-        warnings.append(fault)
+        stroke = case.transfer_to("x_r", run.transfer.segment)
+        if fault := fault_warning(run.transfer, stroke, case.measurement.dt):
+            warnings.append(fault)
     for warning in warnings:
         yield replace(warning, sentence=f"{where}{warning.sentence}")
 
@@ -550,141 +545,3 @@ def agreement_warnings(scenario: Scenario, runs: Sequence[Run]) -> Iterator[Warn
                 f"{join_words(far)} differ by up to {format_percent(deviation)} from the mean"
             )
             yield WarningMessage("runs-disagree", sentence, {"deviation": deviation})
-
-
-WRONG_MODEL = 0.1
-"""Difference of the measured transmissibility from that of the closest oscillator, relative to
-it, from which a fault of the channels is looked for [-]. Dry friction alone makes it 0.3."""
-
-ITERATIONS = 10
-"""Number of linear fits of an oscillator; each takes its weights from the one before."""
-
-LONGEST_LAG = 20
-"""Longest lag of the response that is tried, in samples."""
-
-LEAST_PHASE = 0.6
-"""Phase of a lag at the mean frequency of the base up to which friction may cause it [rad]: of
-seats that stick most of the time it reaches 0.58."""
-
-GAIN_TOLERANCE = 0.3
-"""Relative distance of the gain of the stroke from a usual factor within which it is that."""
-
-
-def likely_fault(case: RunCase, transfer: TransferEstimate | None) -> WarningMessage | None:
-    """Return the warning about the most likely fault of the channels; None if there is none.
-
-    Notes
-    -----
-    A mass on a spring and a damper has the transmissibility (ω_0² + 2jζω_0ω)/(ω_0² + 2jζω_0ω -
-    ω²), whatever it is. Where another sign, unit, order or lag of the channels brings the
-    measured one much closer to such a curve, that is most likely wrong.
-    """
-    if transfer is None:
-        return None
-    f, H, excited = transfer.f, transfer.H1, excited_lines(transfer.G_u)
-    if excited.sum() < 3:
-        return None
-    error = oscillator_error(f, H, np.where(excited, transfer.G_u, 0.0))
-    best, cause, numbers = error, "", {"difference": error}
-    if error > WRONG_MODEL:
-        for fault, other, weight in possible_faults(transfer, case.measurement.dt):
-            if (other_error := oscillator_error(f, other, weight)) < best:
-                best, cause = other_error, fault
-    if best < MUCH_BETTER * min(error, 1.0) and cause:
-        sentence = f"{cause}; the transmissibility is that of no mass on a spring and a damper"
-        return WarningMessage("channels-suspect", sentence, numbers)
-    if "x_r" in case.measurement.channels and (cause := fault_of_stroke(case, transfer)):
-        return WarningMessage("channels-suspect", f"{cause}; the accelerations say so", {})
-    return None
-
-
-def possible_faults(
-    transfer: TransferEstimate, dt: float
-) -> Iterator[tuple[str, Complexes, Floats]]:
-    """Yield usual faults, each with the corrected transmissibility and its weights."""
-    weight = np.where(excited_lines(transfer.G_u), transfer.G_u, 0.0)
-    yield SIGN_FAULT.format(name="x_dd"), -transfer.H1, weight
-    of_mass = np.where(excited_lines(transfer.G_x), transfer.G_x, 0.0)
-    yield SWAP_FAULT, 1.0 / transfer.H2, of_mass
-    for factor, fault in WRONG_UNITS["x_dd"].items():
-        yield UNIT_FAULT.format(name="x_dd", factor=fault), factor * transfer.H1, weight
-    lag = closest_lag(transfer, weight, dt)
-    if abs(2.0 * np.pi * lag * float(np.average(transfer.f, weights=weight))) > LEAST_PHASE:
-        sentence = LAG_FAULT.format(lag=format_number(lag, "s", 3), remedy="state")
-        yield sentence, without_lag(transfer, lag), weight
-
-
-def without_lag(transfer: TransferEstimate, lag: float) -> Complexes:
-    """Return the transmissibility of a response that comes earlier by a lag [s]."""
-    return np.asarray(transfer.H1 * np.exp(2j * np.pi * transfer.f * lag), dtype=np.complex128)
-
-
-def closest_lag(transfer: TransferEstimate, weight: Floats, dt: float) -> float:
-    """Return the lag without which the transmissibility is closest to an oscillator's [s]."""
-    lags = dt * np.arange(-LONGEST_LAG, LONGEST_LAG + 1)
-    errors = [oscillator_error(transfer.f, without_lag(transfer, lag), weight) for lag in lags]
-    return float(lags[int(np.argmin(errors))])
-
-
-def oscillator_error(f: Floats, H: Complexes, weight: Floats) -> float:
-    """Return the difference from the closest transmissibility of an oscillator, relative to it.
-
-    Notes
-    -----
-    (H - 1)(ω_0² + jωc) = H ω² is linear in ω_0² and c. Each fit is weighted by the denominator
-    of the one before, so that the last one minimises the difference itself (Sanathanan and
-    Koerner 1963).
-    """
-    lines = weight > 0.0
-    if not lines.any() or not np.isfinite(H[lines]).all():
-        return np.inf
-    H, omega, root = H[lines], 2.0 * np.pi * f[lines], np.sqrt(weight[lines])
-    omega = omega / omega.mean()
-    fitted, scale = np.ones(len(H), dtype=complex), root
-    for _ in range(ITERATIONS):
-        columns = np.stack([H - 1.0, 1j * omega * (H - 1.0)], axis=1) * scale[:, None]
-        values = positive_least_squares(columns, H * omega**2 * scale)
-        carried = values[0] + 1j * omega * values[1]
-        denominator = carried - omega**2
-        denominator[denominator == 0.0] = 1e-12
-        fitted, scale = carried / denominator, root / np.abs(denominator)
-    size = float(np.sum(np.square(root * np.abs(H))))
-    # A spring stiffer than any, which is no solution of the equation, holds the mass.
-    errors = [np.sum(np.square(root * np.abs(H - each))) for each in (fitted, 1.0)]
-    return float(np.sqrt(min(errors) / size))
-
-
-def positive_least_squares(columns: Complexes, wanted: Complexes) -> Floats:
-    """Return the two real factors, at least 0, whose sum of columns is closest to a vector."""
-    A = np.concatenate([columns.real, columns.imag])
-    y = np.concatenate([wanted.real, wanted.imag])
-    values: Floats = np.linalg.lstsq(A, y, rcond=None)[0]
-    if (values >= 0.0).all():
-        return values
-    squares = np.maximum(np.sum(np.square(A), axis=0), 1e-300)
-    single = np.maximum(A.T @ y, 0.0) / squares
-    gains = single * (A.T @ y)  # by how much each alone lowers the sum of squares
-    return np.where(gains == gains.max(), single, 0.0)
-
-
-def fault_of_stroke(case: RunCase, transfer: TransferEstimate) -> str:
-    """Return the fault of the stroke that the accelerations show: x_r" = x_dd - u_dd."""
-    assert case.u_dd is not None, "only with a base is there a transmissibility"
-    stroke = transfer_estimate(
-        case.u_dd[case.part],
-        case.measurement.channels["x_r"][case.part],
-        case.measurement.dt,
-        transfer.segment,
-    )
-    lines = excited_lines(transfer.G_u)
-    wanted = -(transfer.H1[lines] - 1.0) / np.square(2.0 * np.pi * transfer.f[lines])
-    root = np.sqrt(transfer.G_u[lines])
-    H = stroke.H1[lines] * root
-    power = float(np.sum(np.square(np.abs(H))))
-    gain = float(np.sum((np.conj(H) * wanted * root).real)) / power if power else 1.0
-    if abs(gain + 1.0) < GAIN_TOLERANCE:
-        return SIGN_FAULT.format(name="x_r")
-    for factor, fault in WRONG_UNITS["x_r"].items():
-        if abs(gain / factor - 1.0) < GAIN_TOLERANCE:
-            return UNIT_FAULT.format(name="x_r", factor=fault)
-    return ""
