@@ -158,7 +158,11 @@ def third_octaves(
 def _spectral_matrix(
     u_dd: Floats, x_dd: Floats, n: int, dt: float, detrend: Literal["constant", False] = False
 ) -> tuple[Floats, Floats, Complexes]:
-    """Return the one-sided PSDs and the cross spectrum above 0 Hz, of segments of n samples."""
+    """Return the one-sided PSDs of u_dd and x_dd and their cross spectrum [(m/s²)²/Hz].
+
+    Each has shape (n // 2,), the lines above 0 Hz of segments of n samples with step dt [s].
+    `detrend` is that of `scipy.signal.csd`.
+    """
     from scipy import signal
 
     def cross_spectrum(a: Floats, b: Floats) -> Complexes:
@@ -267,7 +271,10 @@ def transfer_estimate(
 
 
 def combined_estimate(estimates: Sequence[TransferEstimate]) -> TransferEstimate:
-    """Return the estimate from all segments of several runs, whose lines are the same."""
+    """Return the estimate from all segments of several runs, whose lines are the same.
+
+    The spectra are means, weighted by the number of segments; the averages add up.
+    """
     weights = [estimate.segments for estimate in estimates]
     G_u, G_x, G_ux = (
         np.average([getattr(estimate, name) for estimate in estimates], axis=0, weights=weights)

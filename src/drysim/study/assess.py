@@ -151,7 +151,10 @@ class AssessResult(Result):
 
     @property
     def model_H1(self) -> Complexes | None:
-        """Transmissibility H1 of the model at the same lines [-]; None without a model."""
+        """Transmissibility H1 of the model at the same lines [-], shape (n,), or None.
+
+        Of several runs the mean of H1, weighted by the PSD of the base.
+        """
         models = [run.model_spectra for run in self.runs if run.model_spectra is not None]
         if not models:
             return None
@@ -159,7 +162,7 @@ class AssessResult(Result):
         return np.asarray(np.average(H1, axis=0, weights=weights), dtype=np.complex128)
 
     def deviation(self, name: str) -> float | None:
-        """Return the largest deviation of a run from the mean of a metric, relative to it."""
+        """Return the largest relative deviation of a run from the mean of a metric [-]."""
         return largest_deviation([run.metrics[name] for run in self.runs])
 
     def __repr__(self) -> str:
@@ -198,12 +201,12 @@ def assess(scenario: Scenario) -> AssessResult:
     UsageError
         If the scenario has no assess block.
     """
-    cases, other_cases = prepare_runs(scenario)
-    segment = min(segment_length(run.case) for run in cases)
-    runs, others = (
-        tuple(evaluate_run(case, segment) for case in each) for each in (cases, other_cases)
-    )
-    exposures = daily_exposures(scenario, (*runs, *others))
+    prepared, other_prepared = prepare_runs(scenario)
+    segment = min(segment_length(run.case) for run in prepared)
+    runs = tuple(evaluate_run(run, segment) for run in prepared)
+    others = tuple(evaluate_run(run, segment) for run in other_prepared)
+    all_prepared, all_runs = [*prepared, *other_prepared], [*runs, *others]
+    exposures = daily_exposures(scenario, all_runs)
     metrics = combine([run.metrics for run in runs])
     by_axis = [
         combine([run.metrics for run in others if run.axis == axis])
@@ -215,15 +218,15 @@ def assess(scenario: Scenario) -> AssessResult:
     models = [run.model for run in runs if run.model is not None]
     warnings = [
         warning
-        for case, run in zip([*cases, *other_cases], [*runs, *others], strict=True)
-        for warning in run_warnings(case, run, len(cases) + len(other_cases) > 1)
+        for source, run in zip(all_prepared, all_runs, strict=True)
+        for warning in run_warnings(source, run, len(all_runs) > 1)
     ]
     warnings += agreement_warnings(scenario, runs)
-    inputs = [each for case in (*cases, *other_cases) for each in case.inputs]
+    inputs = [record for run in all_prepared for record in run.inputs]
     return AssessResult(
         scenario=scenario,
-        motion=cases[0].motion,
-        inputs=tuple({each.file: each for each in inputs}.values()),
+        motion=prepared[0].motion,
+        inputs=tuple({record.file: record for record in inputs}.values()),
         runs=runs,
         others=others,
         metrics=metrics,
@@ -251,21 +254,11 @@ def assess_of(scenario: Scenario) -> Assess:
     return scenario.assess
 
 
-def files_of(scenario: Scenario) -> tuple[str, ...]:
-    """Return the files of the runs.
-
-    Raises
-    ------
-    ScenarioError
-        If several files have no base of their own.
-    UsageError
-        If the scenario has no assess block.
-    """
-    require_assess(scenario)
-    measured = assess_of(scenario).measured
-    excitation = scenario.excitation
+def require_bases(scenario: Scenario) -> None:
+    """Raise a ScenarioError unless each file of the runs has a base."""
+    measured, excitation = assess_of(scenario).measured, scenario.excitation
     if measured.u_dd is not None:
-        return measured.files
+        return
     key = "assess.measured.u_dd"
     if not isinstance(excitation, Record) or "excitation" in scenario.missing_blocks:
         sentence = f"{key} is required, the base, unless `excitation` is its record"
@@ -273,10 +266,9 @@ def files_of(scenario: Scenario) -> tuple[str, ...]:
     if measured.more_files and excitation.path != measured.path:
         sentence = f"{key} is required with `more_files`: each file has its own base"
         raise scenario.error(sentence, "assess.measured.more_files")
-    return measured.files
 
 
-def prepare_runs(scenario: Scenario) -> tuple[list[RunCase], list[RunCase]]:
+def prepare_runs(scenario: Scenario) -> tuple[list[PreparedRun], list[PreparedRun]]:
     """Read all records: along the axis of `measured`, and along other axes.
 
     Raises
@@ -284,7 +276,9 @@ def prepare_runs(scenario: Scenario) -> tuple[list[RunCase], list[RunCase]]:
     RecordError, ScenarioError, UsageError
         As `assess` does.
     """
-    files, axes = files_of(scenario), assess_of(scenario).axes
+    require_assess(scenario)
+    require_bases(scenario)
+    files, axes = assess_of(scenario).measured.files, assess_of(scenario).axes
     names = axes.names if axes else ()
     runs = [prepare_run(scenario, "", file) for file in files]
     others = [prepare_run(scenario, axis, file) for axis in names for file in files]
@@ -303,7 +297,7 @@ def prepare_runs(scenario: Scenario) -> tuple[list[RunCase], list[RunCase]]:
 # One run
 
 
-class RunCase(NamedTuple):
+class PreparedRun(NamedTuple):
     """A record along one axis, ready to be evaluated."""
 
     axis: str
@@ -314,7 +308,7 @@ class RunCase(NamedTuple):
     """The measured base; without one only its times count."""
     measurement: Measurement
     u_dd: Floats | None
-    """Base acceleration at the measured instants [m/s²]; None where not measured."""
+    """Base acceleration at the measured instants [m/s²], shape (n,); None if not measured."""
     part: slice
     """Measured samples in the window."""
     has_model: bool
@@ -331,15 +325,26 @@ class RunCase(NamedTuple):
         return (*self.motion.inputs, *self.measurement.inputs)
 
     def transfer_to(self, channel: str, segment: float) -> TransferEstimate | None:
-        """Return the estimate from the base to a channel; None if either is not measured."""
+        """Return the estimate from the base to a channel, by segments of a length [s].
+
+        None if the base or the channel is not measured.
+        """
         values, part = self.measurement.channels.get(channel), self.part
         if self.u_dd is None or values is None:
             return None
         return transfer_estimate(self.u_dd[part], values[part], self.measurement.dt, segment)
 
 
-def prepare_run(scenario: Scenario, axis: str, file: str) -> RunCase:
-    """Read a record along an axis; an empty one stands for that of `measured`.
+def prepare_run(scenario: Scenario, axis: str, file: str) -> PreparedRun:
+    """Read a record along an axis.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With an assess block.
+    axis : str
+        `x`, `y` or `z` of `assess.axes`; empty for the axis of `measured`.
+    file : str
 
     Raises
     ------
@@ -363,7 +368,7 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> RunCase:
         name = "u_dd" if measured.u_dd is not None else "x_dd"  # gives the times only
         base = as_base_motion(measured.record(name), {"gravity": "refuse"})
     else:
-        assert isinstance(scenario.excitation, Record), "checked by `files_of`"
+        assert isinstance(scenario.excitation, Record), "`require_bases` has checked it"
         base = scenario.excitation
         base = base.with_file(file) if block.measured.more_files else base
     source = scenario.copy_with(
@@ -391,9 +396,15 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> RunCase:
     places = measurement.first - lag + measurement.stride * np.arange(len(t))
     u_dd = motion.u_dd[:][np.clip(places, 0, len(motion.u_dd) - 1)] if has_base else None
     missing = {*scenario.missing_blocks, *scenario.missing_values} - {"excitation"}
-    part = slice(first, last + 1)
-    return RunCase(
-        axis or main_axis, file, case, motion, measurement, u_dd, part, not (axis or missing)
+    return PreparedRun(
+        axis=axis or main_axis,
+        file=file,
+        case=case,
+        motion=motion,
+        measurement=measurement,
+        u_dd=u_dd,
+        part=slice(first, last + 1),
+        has_model=not (axis or missing),
     )
 
 
@@ -410,16 +421,23 @@ def check_steps(measured: MeasuredRuns, base: Record, measurement: Measurement) 
         raise record_error(str(measured.path), sentence)
 
 
-def evaluate_run(run: RunCase, segment: float) -> Run:
-    """Evaluate a record, and the model on its base; segments for spectra are in s."""
-    case, channels, dt = run.case, run.measurement.channels, run.measurement.dt
+def evaluate_run(prepared: PreparedRun, segment: float) -> Run:
+    """Evaluate a record, and the model on its base.
+
+    Parameters
+    ----------
+    prepared : PreparedRun
+    segment : float
+        Length of the segments of the spectra [s].
+    """
+    case, channels, dt = prepared.case, prepared.measurement.channels, prepared.measurement.dt
     x_dd, settings = channels["x_dd"], case.scenario.measure
     metrics = evaluate_samples(
-        x_dd, run.u_dd, channels.get("x_r"), dt, run.part, case.limits, settings
+        x_dd, prepared.u_dd, channels.get("x_r"), dt, prepared.part, case.limits, settings
     )
-    length, transfer = len(x_dd[run.part]) * dt, run.transfer_to("x_dd", segment)
-    measured = Run(run.file, run.axis, length, metrics, transfer)
-    if not run.has_model:
+    length, transfer = len(x_dd[prepared.part]) * dt, prepared.transfer_to("x_dd", segment)
+    measured = Run(prepared.file, prepared.axis, length, metrics, transfer)
+    if not prepared.has_model:
         return measured
     choose_engine(case_cost(case), case.kernels)
     response = march_from_start(case)[0]
@@ -447,7 +465,7 @@ def combine(runs: Sequence[Metrics]) -> Values:
 
 
 def largest_deviation(values: Sequence[float | None]) -> float | None:
-    """Return the largest deviation from the mean, relative to it; None where it is unknown."""
+    """Return the largest relative deviation from the mean [-]; None where it is unknown."""
     numbers = np.array([value for value in values if value is not None])
     if len(numbers) < max(len(values), 2) or not numbers.mean():
         return None
@@ -455,7 +473,10 @@ def largest_deviation(values: Sequence[float | None]) -> float | None:
 
 
 def daily_exposures(scenario: Scenario, runs: Sequence[Run]) -> tuple[Exposure, ...]:
-    """Return the exposure along each axis, the one with the highest a_w first."""
+    """Return the exposure along each axis, the one with the highest a_w first.
+
+    Empty without a direction of the scenario, as a_w is then unknown.
+    """
     if scenario.measure.direction is None:
         return ()
     exposures = []
@@ -474,7 +495,7 @@ def daily_exposures(scenario: Scenario, runs: Sequence[Run]) -> tuple[Exposure, 
 
 
 def band_of_H1(transfer: TransferEstimate) -> tuple[Floats, Floats]:
-    """Return the ends of the 95 % confidence interval of |H1| at each line.
+    """Return the ends of the 95 % confidence interval of |H1| [-], each of shape (n,).
 
     Notes
     -----
@@ -493,7 +514,7 @@ def band_of_H1(transfer: TransferEstimate) -> tuple[Floats, Floats]:
 
 
 def band_of_coherence(transfer: TransferEstimate) -> tuple[Floats, Floats]:
-    """Return the ends of the 95 % confidence interval of the coherence at each line.
+    """Return the ends of the 95 % confidence interval of the coherence, each of shape (n,).
 
     Notes
     -----
@@ -513,15 +534,15 @@ def band_of_coherence(transfer: TransferEstimate) -> tuple[Floats, Floats]:
 # Warnings
 
 
-def run_warnings(case: RunCase, run: Run, is_named: bool) -> Iterator[WarningMessage]:
+def run_warnings(prepared: PreparedRun, run: Run, is_named: bool) -> Iterator[WarningMessage]:
     """Yield the warnings about a run, with its file and axis if there are several."""
-    motion, where = case.motion, f"{case.name}: " * is_named
-    warnings = [*motion.warnings, *case.measurement.warnings]
-    warnings += weighting_warnings(case.case.scenario, motion)
+    motion, where = prepared.motion, f"{prepared.name}: " * is_named
+    warnings = [*motion.warnings, *prepared.measurement.warnings]
+    warnings += weighting_warnings(prepared.case.scenario, motion)
     if run.transfer is not None:
-        warnings += spectra_warnings(case.case, run.transfer)
-        stroke = case.transfer_to("x_r", run.transfer.segment)
-        if fault := fault_warning(run.transfer, stroke, case.measurement.dt):
+        warnings += spectra_warnings(prepared.case, run.transfer)
+        stroke = prepared.transfer_to("x_r", run.transfer.segment)
+        if fault := fault_warning(run.transfer, stroke, prepared.measurement.dt):
             warnings.append(fault)
     for warning in warnings:
         yield replace(warning, sentence=f"{where}{warning.sentence}")

@@ -28,7 +28,8 @@ from drysim.wording import format_number
 
 WRONG_MODEL = 0.1
 """Difference of the measured transmissibility from that of the closest oscillator, relative to
-it, from which a fault of the channels is looked for [-]. Dry friction alone makes it 0.3."""
+the measured one, from which a fault of the channels is looked for [-]. Dry friction alone makes
+it 0.3."""
 
 ITERATIONS = 10
 """Number of linear fits of an oscillator; each takes its weights from the one before."""
@@ -41,7 +42,8 @@ LEAST_PHASE = 0.6
 seats that stick most of the time it reaches 0.58."""
 
 GAIN_TOLERANCE = 0.3
-"""Relative distance of the gain of the stroke from a usual factor within which it is that."""
+"""Relative distance from a factor of `WRONG_UNITS` within which the gain of the stroke is taken
+for that factor [-]. It may be wide, since the factors are at least 10 apart."""
 
 
 def fault_warning(
@@ -78,7 +80,11 @@ def fault_warning(
 def possible_faults(
     transfer: TransferEstimate, dt: float
 ) -> Iterator[tuple[str, Complexes, Floats]]:
-    """Yield usual faults, each with the corrected transmissibility and its weights."""
+    """Yield usual faults, each with the transmissibility without it and the weights of lines.
+
+    The transmissibility [-] and the weights, which are the PSD of the base where it moves
+    [(m/s²)²/Hz], have shape (n,). `dt` is the step of the channels [s].
+    """
     weight = np.where(excited_lines(transfer.G_u), transfer.G_u, 0.0)
     yield SIGN_FAULT.format(name="x_dd"), -transfer.H1, weight
     of_mass = np.where(excited_lines(transfer.G_x), transfer.G_x, 0.0)
@@ -92,19 +98,34 @@ def possible_faults(
 
 
 def without_lag(transfer: TransferEstimate, lag: float) -> Complexes:
-    """Return the transmissibility of a response that comes earlier by a lag [s]."""
+    """Return the transmissibility H1 [-], shape (n,), of a response earlier by a lag [s]."""
     return np.asarray(transfer.H1 * np.exp(2j * np.pi * transfer.f * lag), dtype=np.complex128)
 
 
 def closest_lag(transfer: TransferEstimate, weight: Floats, dt: float) -> float:
-    """Return the lag without which the transmissibility is closest to an oscillator's [s]."""
+    """Return the lag [s] without which the transmissibility is closest to an oscillator's."""
     lags = dt * np.arange(-LONGEST_LAG, LONGEST_LAG + 1)
     errors = [oscillator_error(transfer.f, without_lag(transfer, lag), weight) for lag in lags]
     return float(lags[int(np.argmin(errors))])
 
 
 def oscillator_error(f: Floats, H: Complexes, weight: Floats) -> float:
-    """Return the difference from the closest transmissibility of an oscillator, relative to it.
+    """Return the RMS difference from the closest transmissibility of an oscillator [-].
+
+    Parameters
+    ----------
+    f : ndarray, shape (n,)
+        Frequencies [Hz].
+    H : ndarray, shape (n,)
+        Transmissibility [-].
+    weight : ndarray, shape (n,)
+        Weight of each line in the sum of squares; lines of weight 0 do not count.
+
+    Returns
+    -------
+    float
+        Relative to the RMS of H; infinite if no line counts, or if H is not finite at one that
+        does.
 
     Notes
     -----
@@ -120,8 +141,8 @@ def oscillator_error(f: Floats, H: Complexes, weight: Floats) -> float:
     fitted, scale = np.ones(len(H), dtype=complex), root
     for _ in range(ITERATIONS):
         columns = np.stack([H - 1.0, 1j * omega * (H - 1.0)], axis=1) * scale[:, None]
-        values = positive_least_squares(columns, H * omega**2 * scale)
-        carried = values[0] + 1j * omega * values[1]
+        stiffness, damping = positive_least_squares(columns, H * omega**2 * scale)
+        carried = stiffness + 1j * omega * damping  # over the mass, of mean frequency 1
         denominator = carried - omega**2
         denominator[denominator == 0.0] = 1e-12
         fitted, scale = carried / denominator, root / np.abs(denominator)
@@ -131,13 +152,17 @@ def oscillator_error(f: Floats, H: Complexes, weight: Floats) -> float:
     return float(np.sqrt(min(errors) / size))
 
 
-def positive_least_squares(columns: Complexes, wanted: Complexes) -> Floats:
-    """Return the two real factors, at least 0, whose sum of columns is closest to a vector."""
+def positive_least_squares(columns: Complexes, values: Complexes) -> Floats:
+    """Return the real factors p >= 0, shape (2,), that minimise |columns @ p - values|.
+
+    `columns` has shape (n, 2), `values` has shape (n,). Without the bounds the minimum is that
+    of least squares; if it violates them, one factor is 0.
+    """
     A = np.concatenate([columns.real, columns.imag])
-    y = np.concatenate([wanted.real, wanted.imag])
-    values: Floats = np.linalg.lstsq(A, y, rcond=None)[0]
-    if (values >= 0.0).all():
-        return values
+    y = np.concatenate([values.real, values.imag])
+    factors: Floats = np.linalg.lstsq(A, y, rcond=None)[0]
+    if (factors >= 0.0).all():
+        return factors
     squares = np.maximum(np.sum(np.square(A), axis=0), 1e-300)
     single = np.maximum(A.T @ y, 0.0) / squares
     gains = single * (A.T @ y)  # by how much each alone lowers the sum of squares
@@ -145,13 +170,18 @@ def positive_least_squares(columns: Complexes, wanted: Complexes) -> Floats:
 
 
 def fault_of_stroke(transfer: TransferEstimate, stroke: TransferEstimate) -> str:
-    """Return the fault of the stroke that the accelerations show: x_r" = x_dd - u_dd."""
+    """Return the fault of the stroke that the accelerations show; empty if there is none.
+
+    As the second derivative of x_r is x_dd - u_dd, the transmissibility from the base to the
+    stroke is -(H1 - 1)/ω² [s²]. The gain that brings the measured one closest to it, by least
+    squares weighted by the PSD of the base, is 1 if the stroke is right.
+    """
     lines = excited_lines(transfer.G_u)
-    wanted = -(transfer.H1[lines] - 1.0) / np.square(2.0 * np.pi * transfer.f[lines])
+    expected = -(transfer.H1[lines] - 1.0) / np.square(2.0 * np.pi * transfer.f[lines])
     root = np.sqrt(transfer.G_u[lines])
     H = stroke.H1[lines] * root
     power = float(np.sum(np.square(np.abs(H))))
-    gain = float(np.sum((np.conj(H) * wanted * root).real)) / power if power else 1.0
+    gain = float(np.sum((np.conj(H) * expected * root).real)) / power if power else 1.0
     if abs(gain + 1.0) < GAIN_TOLERANCE:
         return SIGN_FAULT.format(name="x_r")
     for factor, fault in WRONG_UNITS["x_r"].items():
