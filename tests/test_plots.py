@@ -967,8 +967,8 @@ def test_picture_says_that_no_case_is_admissible(tmp_path):
 
 
 TWO_KEYS = (
-    "{friction.kinetic: {from: 0, to: 60, count: 4}, "
-    "oscillator.damping: {from: 100, to: 1600, count: 3, scale: log}}"
+    "{friction.kinetic: {from: 0, to: 60, count: 6}, "
+    "oscillator.damping: {from: 100, to: 1600, count: 5, scale: log}}"
 )
 
 
@@ -986,7 +986,7 @@ def test_sweep_of_two_keys_is_drawn_as_a_map_with_limit_and_best_case(tmp_path):
     # Every admissible case is on one side of the line, every other one hatched on the other.
     good = [row["SEAT"] < 0.5 and not row["violations"] for row in rows]
     assert 0 < len(hatched.get_paths()) == good.count(False) < len(rows)
-    grid = np.array(good).reshape(3, 4)
+    grid = np.array(good).reshape(5, 6)
     between = (grid[1:] != grid[:-1]).sum() + (grid[:, 1:] != grid[:, :-1]).sum()
     assert len(edges.get_paths()) == between
     (star,) = (line for line in panel.lines if line.get_marker() == "*")
@@ -996,6 +996,9 @@ def test_sweep_of_two_keys_is_drawn_as_a_map_with_limit_and_best_case(tmp_path):
     assert entries[2].startswith("best case: least SEAT ")
     heading = " ".join(text.get_text() for text in figure.texts)
     assert "checks SEAT < 0.5; " in heading
+
+
+FIVE = [1, 2, 3, 4, 5]
 
 
 def test_map_of_many_values_is_interpolated_unless_a_case_has_no_value():
@@ -1018,9 +1021,9 @@ def test_map_of_many_values_is_interpolated_unless_a_case_has_no_value():
     "table",
     [
         lambda: sweep(*axes(frequency=[1, 2, 3, 4])),
-        lambda: sweep(*axes(frequency=[1, 2, 3, 4], rms=[1, 2])),
-        lambda: sweep(*axes(frequency=[1, 2, 3], rms=[1, 2, 3], force=[1, 2, 3])),
-        lambda: spoil(sweep(*axes(frequency=[1, 2, 3], rms=[1, 2, 3])), FAILED, *range(18)),
+        lambda: sweep(*axes(frequency=FIVE, rms=[1, 2, 3, 4])),
+        lambda: sweep(*axes(frequency=FIVE, rms=FIVE, force=FIVE)),
+        lambda: spoil(sweep(*axes(frequency=FIVE, rms=FIVE)), FAILED, *range(50)),
     ],
 )
 def test_sweep_without_two_ranges_of_known_numbers_has_no_map(table):
@@ -1028,7 +1031,7 @@ def test_sweep_without_two_ranges_of_known_numbers_has_no_map(table):
 
 
 def test_map_shows_what_is_checked_and_else_T_a():
-    table = sweep(*axes(frequency=[1, 2, 3], rms=[1, 2, 3]))
+    table = sweep(*axes(frequency=FIVE, rms=FIVE))
     assert draw_map(table).axes[1].get_ylabel() == "Tₐ [–]"
     table.scenario.checks = (Check.parse("x_r_rms < 1 mm"),)
     assert draw_map(table).axes[1].get_ylabel().startswith("x_r_rms [")

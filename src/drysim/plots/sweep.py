@@ -89,7 +89,6 @@ from drysim.study.statistics import (
     as_batches,
 )
 from drysim.study.table import (
-    MIN_RANGE,
     RATIO_KEY,
     BestCase,
     Table,
@@ -1025,6 +1024,9 @@ def draw_mean(figure: Figure, axes: Axes, histogram: Histogram, factor: float) -
 # Two swept keys on a grid: a map of one metric, with its limit and the best case.
 
 
+MIN_MAP_VALUES = 5
+"""Values of each key from which a map shows more than lines do."""
+
 MIN_SMOOTH_VALUES = 12
 """Least number of values of each key from which on a map is interpolated."""
 
@@ -1082,7 +1084,8 @@ def map_keys(table: Table) -> tuple[Axis, Axis] | None:
     if len(several) != 2 or table.jumps is not None or needs_quantiles(table):
         return None
     if any(
-        axis.group or axis.key in TEXT_KEYS or len(axis.values) < MIN_RANGE for axis in several
+        axis.group or axis.key in TEXT_KEYS or len(axis.values) < MIN_MAP_VALUES
+        for axis in several
     ):
         return None
     several.sort(key=lambda axis: axis is not abscissa(table.axes))
