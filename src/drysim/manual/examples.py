@@ -69,6 +69,7 @@ VALUES = {
     "friction.normal_record.full_scale": "2 kN",
     "friction.normal_record.missing": "-9999",
     "friction.normal_record.unit": "N",
+    "friction.static": "54",
     "friction.static_ratio.from": "1",
     "friction.static_ratio.to": "1.5",
     "full_scale": "2 g",
