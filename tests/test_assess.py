@@ -391,7 +391,7 @@ def test_gravity_and_clipping_are_seen(tmp_path):
 def test_only_assess_needs_no_oscillator(tmp_path):
     scenario = scenario_of(tmp_path, run=seat_record())
     assert scenario.missing_blocks == ["oscillator", "excitation"]
-    for command in (drysim.run, drysim.fit):
+    for command in (drysim.run, drysim.fit, drysim.branches, drysim.map_regimes):
         with pytest.raises(drysim.ScenarioError) as fault:
             command(scenario)
         assert (

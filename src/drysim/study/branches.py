@@ -52,6 +52,7 @@ from drysim.study.preparation import (
     base_motion,
     prepare,
     refuse_direction,
+    require_blocks,
     require_scenario,
 )
 from drysim.study.run import observe_window
@@ -294,6 +295,7 @@ def branches(scenario: Scenario) -> BranchesResult:
 def prepare_branches(scenario: Scenario) -> Case:
     """Return the case of a scenario whose branches can be followed; errors as `branches`."""
     require_scenario(scenario)
+    require_blocks(scenario)
     refuse_direction(scenario, "drysim branches")
     if not isinstance(scenario.excitation, Harmonic):
         sentence = (

@@ -74,7 +74,12 @@ from drysim.study.break_aways import (
 from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import can_solve_together, scene_array
-from drysim.study.preparation import prepare, refuse_direction, require_scenario
+from drysim.study.preparation import (
+    prepare,
+    refuse_direction,
+    require_blocks,
+    require_scenario,
+)
 from drysim.study.sweep import choose_engine
 from drysim.wording import format_number, format_unit
 
@@ -134,6 +139,7 @@ MAX_REGIONS_PER_EDGE = 16
 def require_map(scenario: Scenario) -> tuple[tuple[KeyRange, KeyRange], Grid]:
     """Return axes and grid of a map; raise ScenarioError for what it does not support."""
     require_scenario(scenario)
+    require_blocks(scenario)
     refuse_direction(scenario, "drysim map")
     sweep, excitation = scenario.sweep, scenario.excitation
     if not isinstance(excitation, Harmonic | SineSum | RandomMotion):
