@@ -191,6 +191,7 @@ def test_gravity_in_a_vertical_acceleration_is_refused_and_an_offset_told(scene)
     ("force", "more", "sentence"),
     [
         (RECORD, "measure: {duration: 6 s}\n", "friction.normal_record ends at 5 s, before"),
+        (RECORD, "measure: {duration: 5.0004 s}\n", "end of the run at 5.0004 s; use"),
         (RECORD, "", "measure.duration is required for harmonic"),
         (RECORD, "measure: {steady: true}\n", "needs a periodic normal force"),
         (RECORD + ", normal: 3", WINDOW, "give normal or normal_record, not both"),

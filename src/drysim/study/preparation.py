@@ -37,7 +37,7 @@ from drysim.study.budget import (
 from drysim.study.case import LENGTH_TOLERANCE, Case
 from drysim.study.ring_down import cut_warnings, rest_steps
 from drysim.study.welch import check_spectra
-from drysim.wording import format_number, join_words
+from drysim.wording import format_distinct, format_number, join_words
 
 
 def require_scenario(scenario: Scenario) -> None:
@@ -307,10 +307,10 @@ def check_normal_record(case: Case) -> None:
     force_record = case.law.force_record
     if force_record is None or case.window[1] <= force_record.end * (1.0 + LENGTH_TOLERANCE):
         return
+    record_end, run_end = format_distinct([force_record.end, case.window[1]])
     sentence = (
-        f"friction.normal_record ends at {format_number(force_record.end, 's')}, before the "
-        f"end of the run at {format_number(case.window[1], 's')}; use a longer record or a "
-        "shorter measure.duration"
+        f"friction.normal_record ends at {record_end} s, before the end of the run at "
+        f"{run_end} s; use a longer record or a shorter measure.duration"
     )
     raise case.scenario.error(sentence, "friction.normal_record")
 
