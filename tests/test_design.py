@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+import shlex
 import tracemalloc
 from collections import defaultdict
 from collections.abc import Sequence
@@ -821,7 +822,10 @@ def test_ends_and_knee_of_a_front_are_listed(
     ]
     assert damping == sorted(damping)
     assert len(damping) == 2 + has_knee
-    assert done.err.endswith("next: drysim run out/study-design/best.yaml\n")
+    over = "excitation.frequency=1.6,5" if has_knee else "'excitation.frequency=[3]'"
+    following = f"sweep out/study-design/best.yaml --over {over}"
+    assert done.err.endswith(f"next: drysim {following}\n")
+    assert command(*shlex.split(following), "--no-plots", "--out", "out/each").code == 0
     assert ("end of the front, which has no knee" in done.out) is not has_knee
     assert ("knee of the front" in done.out) is has_knee
 

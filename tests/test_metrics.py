@@ -92,6 +92,12 @@ def test_too_few_half_cycles_are_not_extrapolated():
     assert hourly_stroke(np.ones(150), 60.0) == 1.0
 
 
+def test_peak_that_was_reached_within_an_hour_is_reached_once_an_hour():
+    heights = np.append(np.linspace(0.5, 1.0, 500), 9.0)
+    assert hourly_stroke(heights, 60.0) == 9.0
+    assert hourly_stroke(heights, 36_000.0) < 9.0
+
+
 def test_tail_of_rayleigh_peaks_is_continued_by_its_law():
     n, sigma = 100_000, 0.01
     heights = sigma * np.sqrt(-2 * np.log((np.arange(n) + 0.5) / n))

@@ -179,6 +179,8 @@ def test_gravity_in_a_vertical_acceleration_is_refused_and_an_offset_told(scene)
     for sign in (1.0, -1.0):
         with pytest.raises(RecordError, match="looks like gravity: `remove: mean` removes it"):
             load(scene(VERTICAL, values=z_dd + sign * 9.81, header="z [m/s2]")).law()
+    with pytest.raises(RecordError, match="nothing presses the mass"):
+        load(scene(VERTICAL, values=z_dd - 12.0, header="z [m/s2]")).law()
     file = scene(VERTICAL, values=z_dd - z_dd.mean() + 0.3, header="z [m/s2]")
     (warning,) = load(file).law().force_record.warnings
     assert warning.slug == "record-mean"

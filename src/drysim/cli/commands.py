@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -34,6 +35,7 @@ from drysim.errors import (
 )
 
 if TYPE_CHECKING:
+    from drysim.scenario.axes import Axis
     from drysim.scenario.model import Scenario
     from drysim.study.case import Case
     from drysim.study.design import DesignResult
@@ -53,6 +55,9 @@ SCENARIO_PATTERN = re.compile(rb"^oscillator\s*:", re.M)
 
 FALLBACK_SCENARIO, FALLBACK_FOR_LAWS = "paper-random", "friction-laws"
 """Gallery scenarios used when it is missing; the second has the options of every law."""
+
+MAX_LISTED = 12
+"""Values of a condition that the command proposed after a design lists, at most."""
 
 SUMMARY_KEYS = (
     "kind", "summary", "metrics", "units", "ensemble", "checks", "warnings", "numerics"
@@ -486,7 +491,8 @@ def show_command_after_fit(result: FitResult, folder: Path) -> None:
         command = "sweep" if result.scenario.sweep else "run"
         if result.scenario.design is not None:
             command = "design"
-        terminal.print_stderr(f"next: drysim {command} {folder / FITTED_FILE}")
+        file = shlex.quote(str(folder / FITTED_FILE))
+        terminal.print_stderr(f"next: drysim {command} {file}")
 
 
 def assess(
@@ -557,18 +563,32 @@ def design(
         items="designs",
         executor=partial(work.case_executor, cluster, workers, common.mode, certificates),
         parts=work.design_parts(case, resume),
-        after=show_command_after_design,
+        after=partial(show_command_after_design, case.scenario.sweep),
     )
     return carry_out(job, common)
 
 
-def show_command_after_design(result: DesignResult, folder: Path) -> None:
-    """Print how to continue with the best design, if there is one."""
+def show_command_after_design(
+    conditions: Sequence[Axis], result: DesignResult, folder: Path
+) -> None:
+    """Print how to continue with the best design, if there is one: under its conditions."""
     from drysim.console import terminal
     from drysim.results.design import BEST_FILE
 
     if result.complete and result.best is not None:
-        terminal.print_stderr(f"next: drysim run {folder / BEST_FILE}")
+        command, words = "run", [str(folder / BEST_FILE)]
+        if conditions and all(is_numeric(axis.values) for axis in conditions):
+            command = "sweep"
+            for axis in conditions:
+                values = ",".join(f"{value:.12g}" for value in axis.values)
+                values = values if len(axis.values) > 1 else f"[{values}]"
+                words += ["--over", f"{axis.key}={values}"]
+        terminal.print_stderr(f"next: drysim {command} {shlex.join(words)}")
+
+
+def is_numeric(values: Sequence[Any]) -> bool:
+    """Whether values are numbers, and few enough for a command line."""
+    return len(values) <= MAX_LISTED and not any(isinstance(value, str) for value in values)
 
 
 def branches(
@@ -670,7 +690,10 @@ def default_scenario(names: Sequence[str], mode: OutputMode) -> str:
     from drysim.study import gallery
 
     name = FALLBACK_FOR_LAWS if LAWS.keys() & {*names} else FALLBACK_SCENARIO
-    mode.print_status(f"no {LOCAL_SCENARIO} in this folder: using {name} from the gallery")
+    reason = f"no {LOCAL_SCENARIO} in this folder"
+    if local:
+        reason = f"{len(local)} scenarios in this folder and none named as the last word"
+    mode.print_status(f"{reason}: using {name} from the gallery")
     return str(gallery.find(name).file)
 
 

@@ -176,7 +176,8 @@ def hourly_stroke(heights: Floats, length: float, sides: int = 2) -> float | Non
     Gaussian motion (Rice), fitted to the tail that friction leaves and not to its RMS. With n
     peaks in the tail the standard error of the squared stroke is s ln(n HOUR/length)/√n, and
     more where peaks cluster. Coles, An Introduction to Statistical Modeling of Extreme Values
-    (2001), chapter 4. The result is an extrapolation, not a bound.
+    (2001), chapter 4. The result is an extrapolation, not a bound. A larger peak, as of a
+    pothole, that was reached in less than an hour takes its place.
     """
     if len(heights) < MIN_HALF_CYCLES * sides // 2:
         return None
@@ -186,4 +187,5 @@ def hourly_stroke(heights: Floats, length: float, sides: int = 2) -> float | Non
     squares = np.square(ascending[-count - 1 :])
     excess = float((squares[1:] - squares[0]).sum()) / count
     often = max(math.log(count * HOUR / length), 0.0)
-    return math.sqrt(float(squares[0]) + excess * often)
+    extrapolated = math.sqrt(float(squares[0]) + excess * often)
+    return max(extrapolated, float(ascending[-1])) if length < HOUR else extrapolated

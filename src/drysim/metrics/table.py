@@ -368,7 +368,8 @@ METRICS = (
            lambda m: m.reached),
     Metric(HOURLY_STROKE, "m", "stroke exceeded once an hour if noise or record "
            "continues as in the window: extrapolated from the tail of its peaks (Weibull, "
-           "exponent 2), at most the position of rigid stops; unknown below 150 half cycles",
+           "exponent 2), at least the largest peak of less than an hour, at most the "
+           "position of rigid stops; unknown below 150 half cycles",
            lambda m: m.hourly, short_label="hourly peak"),
     Metric(HOURLY_STROKES_BY_SIDE[0], "m", "x_r exceeded once an hour, extrapolated as "
            "stroke_once_an_hour from the peaks of this side",

@@ -104,7 +104,7 @@ FIELD_TYPES = {
 TYPE_NAMES = {dict: "an object", list: "a list", str: "text", bool: "true or false"}
 """The types in words of JSON."""
 
-AGAIN_HINT = "compute the result again"
+AGAIN_HINT = "remove the folder and compute the result again"
 OTHER_FOLDER_HINT = "choose another folder with --out"
 ERRNO_HINTS = {
     errno.ENOSPC: f"free disk space, or {OTHER_FOLDER_HINT}",

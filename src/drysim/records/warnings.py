@@ -189,12 +189,17 @@ def vertical_warnings(record: Recorded, mean: float) -> Iterator[WarningMessage]
     Raises
     ------
     RecordError
-        If it looks like gravity, which the normal force has already.
+        If it looks like gravity, which the normal force has already, or exceeds it.
     """
     remedy = f"{record.remove.yaml_with(trend='mean')} removes it"
     if is_gravity(mean):
         sentence = f"the mean of z̈ is {mean:.4g} m/s², which looks like gravity: {remedy}"
         raise record_error(str(record.path), f"{sentence}; F_N = m (g + z̈) has it already")
+    if mean <= -GRAVITY:
+        sentence = (
+            f"the mean of z̈ is {mean:.4g} m/s², so that nothing presses the mass: {remedy}"
+        )
+        raise record_error(str(record.path), sentence)
     if abs(mean) > NOTABLE_SHARE * GRAVITY:
         change = f"{_percent(abs(mean) / GRAVITY)} {'above' if mean > 0.0 else 'below'}"
         sentence = (

@@ -228,6 +228,8 @@ def _comfort_rows(outcome: Outcome) -> Iterator[Row]:
 def _hourly_stroke_row(outcome: Outcome, peak: float | None) -> Row:
     """Return the stroke that is reached once an hour, or the rigid stops that limit it."""
     how, tone = "reached once an hour, extrapolated from the largest peaks", ""
+    if outcome.metrics[HOURLY_STROKE] == peak:
+        how = "reached already; the largest peaks extrapolate to less"
     stops, block = outcome.response.law.stops, outcome.scenario.stroke
     stroke = outcome.metrics[HOURLY_STROKE]
     if stops is not None and stops.rigid and stroke == max(stops.limits):
