@@ -335,11 +335,11 @@ def test_lag_that_is_stated_is_removed(tmp_path):
 FAULTS = {
     "sign": (lambda r: {**r, "seat": -r["seat"]}, "the sign of x_dd"),
     "swapped": (lambda r: {**r, "seat": r["floor"], "floor": r["seat"]}, "swapped"),
-    "in g": (lambda r: {**r, "seat": r["seat"] / 9.81}, "a factor of 9.81: it is in g"),
-    "not in g": (lambda r: {**r, "seat": r["seat"] * 9.81}, "a factor of 9.81: it is not in g"),
+    "in g": (lambda r: {**r, "seat": r["seat"] / 9.81}, "9.81 times too small"),
+    "not in g": (lambda r: {**r, "seat": r["seat"] * 9.81}, "9.81 times too large"),
     "lag": (lambda r: {**r, "seat": np.roll(r["seat"], 16)}, "lag by 0.0"),
     "stroke": (lambda r: {**r, "stroke": -r["stroke"]}, "the sign of x_r"),
-    "millimetres": (lambda r: {**r, "stroke": 1e3 * r["stroke"]}, "x_r seems to be wrong by a"),
+    "millimetres": (lambda r: {**r, "stroke": 1e3 * r["stroke"]}, "x_r seem to be 1000 t"),
 }
 
 

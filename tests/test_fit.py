@@ -1178,7 +1178,8 @@ def test_unit_that_is_wrong_by_the_acceleration_of_gravity_is_named(tmp_path, ca
     measured = "x_dd: {column: x_dd, scale: 9.80665}"
     result = fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR), measured)
     assert [one.slug for one in result.warnings] == ["bad-fit"]  # and not what follows from it
-    assert "the unit of x_dd seems to be wrong by a factor of 9.81" in only(result, "bad-fit")
+    said = only(result, "bad-fit")
+    assert "x_dd seem to be 9.81 times too large: their unit is not the one stated" in said
     assert result.is_useless
     assert result.exit_code() == 1
     show(result)

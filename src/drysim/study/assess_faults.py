@@ -90,7 +90,7 @@ def possible_faults(
     of_mass = np.where(excited_lines(transfer.G_x), transfer.G_x, 0.0)
     yield SWAP_FAULT, 1.0 / transfer.H2, of_mass
     for factor, fault in WRONG_UNITS["x_dd"].items():
-        yield UNIT_FAULT.format(name="x_dd", factor=fault), factor * transfer.H1, weight
+        yield UNIT_FAULT.format(name="x_dd", size=fault), factor * transfer.H1, weight
     lag = closest_lag(transfer, weight, dt)
     if abs(2.0 * np.pi * lag * float(np.average(transfer.f, weights=weight))) > LEAST_PHASE:
         sentence = LAG_FAULT.format(lag=format_number(lag, "s", 3), remedy="state")
@@ -186,5 +186,5 @@ def fault_of_stroke(transfer: TransferEstimate, stroke: TransferEstimate) -> str
         return SIGN_FAULT.format(name="x_r")
     for factor, fault in WRONG_UNITS["x_r"].items():
         if abs(gain / factor - 1.0) < GAIN_TOLERANCE:
-            return UNIT_FAULT.format(name="x_r", factor=fault)
+            return UNIT_FAULT.format(name="x_r", size=fault)
     return ""

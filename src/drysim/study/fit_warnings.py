@@ -40,17 +40,22 @@ QUICK_SHARE = 0.3
 
 WRONG_UNITS = {
     "x_dd": {
-        STANDARD_GRAVITY: "9.81: it is in g",
-        1.0 / STANDARD_GRAVITY: "9.81: it is not in g",
+        STANDARD_GRAVITY: "9.81 times too small, as if in g",
+        1.0 / STANDARD_GRAVITY: "9.81 times too large",
     },
-    "x_r": {0.1: "10", 10.0: "10", 1e-3: "1000", 1e3: "1000"},
+    "x_r": {
+        0.1: "10 times too large",
+        10.0: "10 times too small",
+        1e-3: "1000 times too large",
+        1e3: "1000 times too small",
+    },
 }
-"""Factors by which the units of channels are often wrong, in words."""
+"""Factors that correct channels whose unit is wrong, and what they say of their values."""
 
 SIGN_FAULT = "the sign of {name} seems to be wrong: `scale: -1`"
 SWAP_FAULT = "base and mass seem to be swapped: exchange the columns"
 LAG_FAULT = "the measured response seems to lag by {lag}: {remedy} `measured.delay`"
-UNIT_FAULT = "the unit of {name} seems to be wrong by a factor of {factor}"
+UNIT_FAULT = "the values of {name} seem to be {size}: their unit is not the one stated"
 """Usual faults of a record, in words."""
 
 CLIPPED = "record-clipped"
@@ -196,7 +201,7 @@ def possible_faults(model: FitModel) -> Iterator[tuple[str, FitModel]]:
         yield fault, replace(model, parameters=(*model.parameters, delay))
     for name in model.compared:
         for factor, fault in WRONG_UNITS.get(name, {}).items():
-            fault = UNIT_FAULT.format(name=name, factor=fault)
+            fault = UNIT_FAULT.format(name=name, size=fault)
             yield fault, multiplied(name, factor)
 
 
