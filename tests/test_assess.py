@@ -372,6 +372,19 @@ def test_base_without_motion_is_an_error(tmp_path):
         assess(tmp_path, run={**record, "floor": 0.0 * record["floor"]})
 
 
+def test_base_that_is_longer_than_the_mass_is_said(tmp_path):
+    record = seat_record()
+    write_record(tmp_path / "floor.csv", {"floor": record["floor"]})
+    base = {"kind": "record", "file": str(tmp_path / "floor.csv"), "time": "t"}
+    changes = {"excitation": base}
+    shorter = {"seat": record["seat"][:3001]}
+    assert warnings_of(assess(tmp_path, changes, run=shorter), "measurement-cut") == [
+        "the mass is measured in 15 s of the window of 20 s of the base; the rest is not used"
+    ]
+    stated = {**changes, "measure.duration": 15}
+    assert not warnings_of(assess(tmp_path, stated, run=shorter), "measurement-cut")
+
+
 def test_gravity_and_clipping_are_seen(tmp_path):
     record = seat_record()
     with pytest.raises(

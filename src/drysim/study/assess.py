@@ -388,6 +388,8 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> PreparedRun:
     case = assemble(source, motion)
     t, dt = measurement.t, measurement.dt
     begin, end = max(case.window[0], float(t[0])), min(case.window[1], float(t[-1]))
+    if warning := window_warning(case.window, (begin, end)):
+        measurement = measurement._replace(warnings=(*measurement.warnings, warning))
     case = replace(case, window=(begin, end), rest=0)
     check_segment(case)
     first = ceil((begin - float(t[0])) / dt - STEP_TOLERANCE)
@@ -406,6 +408,20 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> PreparedRun:
         part=slice(first, last + 1),
         has_model=not (axis or missing),
     )
+
+
+def window_warning(
+    stated: tuple[float, float], covered: tuple[float, float]
+) -> WarningMessage | None:
+    """Warn of a window of the base [s] of which the mass covers a part only."""
+    length, used = (end - begin for begin, end in (stated, covered))
+    if used >= 0.98 * length:
+        return None
+    sentence = (
+        f"the mass is measured in {format_number(used, 's')} of the window of "
+        f"{format_number(length, 's')} of the base; the rest is not used"
+    )
+    return WarningMessage("measurement-cut", sentence, {"used": used, "window": length})
 
 
 def check_steps(measured: MeasuredRuns, base: Record, measurement: Measurement) -> None:
