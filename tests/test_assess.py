@@ -13,7 +13,7 @@ from twin import base_motion, fit_twin, write_columns, write_twin
 
 import drysim
 from drysim.metrics.spectra import TransferEstimate, transfer_estimate
-from drysim.results.assess import format_hours
+from drysim.results.assess import ASSESS, format_hours
 from drysim.study.assess import band_of_coherence, band_of_H1
 
 RATE = 200.0
@@ -137,7 +137,8 @@ def test_window_and_horizontal_direction_count(tmp_path):
     record = seat_record()
     changes = {"measure.direction": "horizontal", "measure.settle": 4, "measure.duration": 10}
     result = assess(tmp_path, changes, run=record)
-    seat = weighted(record["seat"], "Wd")[800:2801]
+    assert result.runs[0].length == 10.0
+    seat = weighted(record["seat"], "Wd")[800:2800]
     assert result.metrics["a_w"] == pytest.approx(1.4 * np.sqrt(np.mean(seat**2)), rel=1e-6)
     assert not warnings_of(result, "recalled")
 
@@ -290,6 +291,59 @@ def test_model_on_the_measured_base_stands_beside_it(tmp_path):
     found = result.transfer
     strong = found.G_u > 0.1 * found.G_u.max()
     np.testing.assert_allclose(result.model_H1[strong], found.H1[strong], rtol=0.05)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_model_is_unknown_where_its_base_does_not_move(tmp_path, count):
+    record = seat_record()
+    sign = (-1.0) ** np.arange(len(record["floor"]))  # whose means over the steps are 0
+    runs = {f"run-{i}": {**record, "floor": (1 + i) * sign} for i in range(count)}
+    model = {"oscillator": {"mass": 75, "stiffness": 4500, "damping": 400}}
+    result = assess(tmp_path, model, **runs)
+    assert np.isnan(result.model_H1).all()
+    result.save(tmp_path / "out")
+
+
+def test_transmissibility_of_the_model_weighs_runs_by_power_and_segments(tmp_path):
+    record = seat_record()
+    half = {name: 3.0 * values[:2000] for name, values in record.items()}
+    model = {"oscillator": {"mass": 75, "stiffness": 4500, "damping": 400}}
+    model |= {"friction": {"law": "coulomb", "kinetic": 30}}
+    result = assess(tmp_path, model, whole=record, half=half)
+    spectra = [run.model_spectra for run in result.runs]
+    power = [each.segments * each.G_u for each in spectra]
+    wanted = (power[0] * spectra[0].H1 + power[1] * spectra[1].H1) / (power[0] + power[1])
+    np.testing.assert_allclose(result.model_H1, wanted, rtol=1e-12)
+
+
+def test_model_on_a_base_of_velocity_has_the_lines_of_the_measurement(tmp_path):
+    record = seat_record()
+    velocity = {"t [s]": np.arange(len(record["floor"])) / RATE}
+    write_columns(
+        tmp_path / "base.csv", velocity | {"v [m/s]": np.cumsum(record["floor"]) / RATE}
+    )
+    base = {"kind": "record", "file": str(tmp_path / "base.csv"), "time": "t"}
+    changes = {
+        "assess.measured.u_dd": None,
+        "excitation": {**base, "quantity": "velocity"},
+        "oscillator": {"mass": 75, "stiffness": 4500, "damping": 400},
+        "friction": {"law": "coulomb", "kinetic": 30, "static_ratio": 1.2},
+        "measure.spectra": True,
+        "measure.segment": 2.004,
+    }
+    result = assess(tmp_path, changes, run=record)
+    strong = result.transfer.G_u > 0.1 * result.transfer.G_u.max()
+    np.testing.assert_allclose(
+        np.abs(result.model_H1)[strong], np.abs(result.transfer.H1)[strong], rtol=0.15
+    )
+
+
+def test_rate_is_that_of_the_samples(tmp_path):
+    record = seat_record()
+    changes = {"measure.spectra": True, "measure.segment": 1.005}  # 201 samples
+    result = assess(tmp_path, changes, run=record)
+    scene = dict(ASSESS.summary(result).scene)
+    assert scene["window"] == "20 s at 200 Hz"
 
 
 def test_fit_keeps_the_block_for_the_fitted_model(tmp_path):

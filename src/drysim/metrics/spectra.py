@@ -230,7 +230,7 @@ class TransferEstimate(NamedTuple):
         """Geometric mean of H1 and H2 [-]: right if both have noise in the same proportion."""
         with np.errstate(invalid="ignore", divide="ignore"):
             size = np.sqrt(self.G_x / self.G_u)
-        return np.asarray(size * np.exp(1j * np.angle(self.G_ux)), dtype=np.complex128)
+            return np.asarray(size * np.exp(1j * np.angle(self.G_ux)), dtype=np.complex128)
 
     @property
     def coherence(self) -> Floats:

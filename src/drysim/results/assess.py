@@ -78,13 +78,12 @@ def assess_scene(result: AssessResult) -> Iterator[tuple[str, str]]:
     first, scenario, transfer = result.runs[0], result.scenario, result.transfer
     names = [name for name in ("x_dd", "x_r") if name != "x_r" or first.metrics[PEAK_STROKE]]
     files = join_words([wording.sanitise(run.file) for run in result.runs])
-    step = 0.5 / float(transfer.f[-1])
     along = f" along {first.axis}" if first.axis else ""
     axes = [run.axis for run in result.others if run.file == first.file]
     besides = f"; also along {join_words(axes)}" if axes else ""
     yield "measured", f"u_dd, {', '.join(names)}{along} of {files}{besides}"
     lengths = [run.length for run in result.runs]
-    rate = format_number(round(1.0 / step, 6), "Hz")
+    rate = format_number(round(1.0 / first.dt, 6), "Hz")
     settle = scenario.measure.settle
     settled = f", after {format_number(settle, 's')}" if settle else ""
     yield "window", f"{format_range(min(lengths), max(lengths), 's')} at {rate}{settled}"

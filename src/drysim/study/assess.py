@@ -75,6 +75,8 @@ class Run(NamedTuple):
     file: str
     axis: str
     """`x`, `y` or `z`; empty where no direction is stated."""
+    dt: float
+    """Step of the samples [s]."""
     length: float
     """Length of the window [s]."""
     metrics: Values
@@ -153,13 +155,20 @@ class AssessResult(Result):
     def model_H1(self) -> Complexes | None:
         """Transmissibility H1 of the model at the same lines [-], shape (n,), or None.
 
-        Of several runs the mean of H1, weighted by the PSD of the base.
+        Of several runs the mean of H1, weighted by the number of segments and the PSD of the
+        base; NaN at lines at which the base of the model does not move.
         """
         models = [run.model_spectra for run in self.runs if run.model_spectra is not None]
         if not models:
             return None
-        H1, weights = ([getattr(model, name) for model in models] for name in ("H1", "G_u"))
-        return np.asarray(np.average(H1, axis=0, weights=weights), dtype=np.complex128)
+        power = sum(model.segments * model.G_u for model in models)
+        cross = sum(
+            model.segments * np.where(model.G_u > 0.0, model.G_u * model.H1, 0.0)
+            for model in models
+        )
+        with np.errstate(invalid="ignore", divide="ignore"):
+            H1 = np.asarray(cross / power, dtype=np.complex128)
+        return H1[: len(self.transfer.f)]  # a base of velocity has half the step, more lines
 
     def deviation(self, name: str) -> float | None:
         """Return the largest relative deviation of a run from the mean of a metric [-]."""
@@ -394,6 +403,8 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> PreparedRun:
     check_segment(case)
     first = ceil((begin - float(t[0])) / dt - STEP_TOLERANCE)
     last = floor((end - float(t[0])) / dt + STEP_TOLERANCE)
+    # A sample stands for the step after it, which a window that ends before the record lacks.
+    beyond = last if last < len(t) - 1 else len(t)
     lag = round(measured.delay / motion.dt)
     places = measurement.first - lag + measurement.stride * np.arange(len(t))
     u_dd = motion.u_dd[:][np.clip(places, 0, len(motion.u_dd) - 1)] if has_base else None
@@ -405,7 +416,7 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> PreparedRun:
         motion=motion,
         measurement=measurement,
         u_dd=u_dd,
-        part=slice(first, last + 1),
+        part=slice(first, beyond),
         has_model=not (axis or missing),
     )
 
@@ -452,7 +463,7 @@ def evaluate_run(prepared: PreparedRun, segment: float) -> Run:
         x_dd, prepared.u_dd, channels.get("x_r"), dt, prepared.part, case.limits, settings
     )
     length, transfer = len(x_dd[prepared.part]) * dt, prepared.transfer_to("x_dd", segment)
-    measured = Run(prepared.file, prepared.axis, length, metrics, transfer)
+    measured = Run(prepared.file, prepared.axis, dt, length, metrics, transfer)
     if not prepared.has_model:
         return measured
     choose_engine(case_cost(case), case.kernels)
@@ -461,8 +472,9 @@ def evaluate_run(prepared: PreparedRun, segment: float) -> Run:
     observed = observe_window(
         case, trajectory_of_response(response), case.window, None, weighted
     )
+    lines = segment if transfer is None else transfer.segment  # a whole number of samples
     return measured._replace(
-        model=evaluate(observed), model_spectra=spectra(response, case.window, segment)
+        model=evaluate(observed), model_spectra=spectra(response, case.window, lines)
     )
 
 
