@@ -204,14 +204,22 @@ def test_output_is_refused_before_anything_is_computed(seat):
     assert done.stdout == "2 False\n"
 
 
-def test_disk_without_room_for_the_response_is_told_before_the_work(drysim, seat, monkeypatch):
-    full = SimpleNamespace(total=10**12, used=10**12 - 5, free=5)
-    monkeypatch.setattr("shutil.disk_usage", lambda place: full)
+@pytest.mark.parametrize("option", [(), ("--dry-run",)])
+def test_disk_without_room_for_the_response_is_told_before_the_work(
+    drysim, seat, monkeypatch, option
+):
+    almost_full = SimpleNamespace(total=10**12, used=10**12 - 80_000, free=80_000)
+    monkeypatch.setattr("shutil.disk_usage", lambda place: almost_full)
     monkeypatch.setattr("drysim.study.run.solve", lambda case: pytest.fail("began to work"))
-    answer = drysim("run", seat)
-    assert answer.code == 2
-    assert re.search(r"it needs at least \d+ kB, and 5 bytes are free", answer.err)
-    assert "free disk space" in answer.err
+    short = seat.with_name("short.yaml")
+    text = seat.read_text().replace("name: seat", "name: short")
+    short.write_text(text.replace("duration: 2", "duration: 1"))
+    answer = drysim("run", short, seat, *option)
+    assert (answer.code, answer.out) == (2, "")
+    said = " ".join(answer.err.split())
+    assert "cannot write out/seat: it needs about 80.1 kB, and 80 kB are free" in said
+    assert "use a longer step or a shorter duration, free disk space" in said
+    assert not Path("out").exists()
 
 
 @pytest.mark.parametrize(

@@ -220,8 +220,8 @@ def jobs_of(scenarios: Sequence[str], job_of: Callable[[str], Job]) -> list[Job]
 def run_job(case: Case, mode: OutputMode) -> Job:
     """Return the job of a single case, or of one over an interval of its static ratio."""
     from drysim.cli import work
-    from drysim.output.folder import check_disk_space, resumable_parts
-    from drysim.study.budget import LARGE_RESPONSE, MIN_BYTES_SHARE, SLOW_SCENE, response_bytes
+    from drysim.output.folder import resumable_parts
+    from drysim.study.budget import LARGE_RESPONSE, SLOW_SCENE, response_bytes
 
     def before(folder: Path) -> None:
         if held := resumable_parts(folder):
@@ -229,7 +229,6 @@ def run_job(case: Case, mode: OutputMode) -> Job:
             mode.print_loss(f"this run discards {kept}; use --out to keep them")
         if case.scenario.static_interval:
             return
-        check_disk_space(folder, MIN_BYTES_SHARE * response_bytes(case))
         for warning in case.warnings:
             if warning.slug in (SLOW_SCENE, LARGE_RESPONSE):  # useful before the computation
                 mode.print_status(f"note: {warning.sentence}")
@@ -248,6 +247,7 @@ def run_job(case: Case, mode: OutputMode) -> Job:
         kind="sweep" if case.scenario.static_interval else "run",
         plan=partial(work.run_plan, case),
         solve=solve,
+        volume=0.0 if case.scenario.static_interval else response_bytes(case),
         before=before,
     )
 

@@ -140,6 +140,8 @@ class Job:
         Number of items that the progress counts; 0 for no progress.
     items : str
         What they are.
+    volume : float
+        Estimated size of its files [bytes]; 0 where they are small.
     before : callable
         Called with the output folder before the work.
     after : callable
@@ -158,6 +160,7 @@ class Job:
     solve: Callable[[Work], Any]
     total: int = 0
     items: str = "cases"
+    volume: float = 0.0
     before: Callable[[Path], None] = nothing
     after: Callable[[Any, Path], None] = nothing
     executor: Callable[[], AbstractContextManager[Any]] = nullcontext
@@ -178,15 +181,17 @@ def carry_out_each(jobs: Sequence[Job], common: Common) -> int:
     Raises
     ------
     OutputError
-        A folder was not written by drysim, or cannot be written; nothing was computed.
+        A folder was not written by drysim, or cannot be written, or the disk has no room for
+        its files; nothing was computed.
     UsageError
         Two jobs have the same folder.
     """
     from drysim import output
 
     mode, folders = common.mode, output_folders(jobs, common.out)
-    for folder in folders:
+    for job, folder in zip(jobs, folders, strict=True):
         output.check_writable(folder)
+        output.check_disk_space(folder, job.volume)
     if common.junit is not None:
         from drysim.output.junit import check_junit
 

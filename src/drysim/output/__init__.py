@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from drysim.errors import EXIT_INTERRUPTED
 from drysim.output.folder import STORES as STORES
 from drysim.output.folder import LockedFolder, write_folder
+from drysim.output.folder import check_disk_space as check_disk_space
 from drysim.output.folder import check_writable as check_writable
 from drysim.output.folder import has_report as has_report
 from drysim.output.folder import lock_partial as lock_partial

@@ -416,8 +416,10 @@ def check_disk_space(folder: Path, volume: float) -> None:
         free = float(shutil.disk_usage(_existing_parent(resolve_name(folder))).free)
     if volume > free:
         needed, has = format_bytes(volume), format_bytes(free)
-        sentence = f"cannot write {folder}: it needs at least {needed}, and {has} are free"
-        raise OutputError(sentence, ERRNO_HINTS[errno.ENOSPC])
+        raise OutputError(
+            f"cannot write {folder}: it needs about {needed}, and {has} are free",
+            f"use a longer step or a shorter duration, {ERRNO_HINTS[errno.ENOSPC]}",
+        )
 
 
 def format_bytes(size: float) -> str:

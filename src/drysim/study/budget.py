@@ -259,10 +259,7 @@ LARGE_RESPONSE = "large-response"
 """Slug of the warning, which is also shown before the work begins."""
 
 BYTES_PER_ROW = 100
-"""Typical bytes per row of response.csv."""
-
-MIN_BYTES_SHARE = 0.4
-"""Share of these bytes that is certain: rows are this short while the mass is at rest."""
+"""Typical bytes per row of response.csv; 40 while the mass is at rest."""
 
 LARGE_RESPONSE_BYTES = 1e9
 """Size of response.csv from which the warning is shown [bytes]."""
