@@ -84,7 +84,7 @@ def test_run_says_that_it_replaces_a_sweep(drysim, seat):
     over = ("--no-plots", "--set", "sweep={friction.kinetic: [10, 20]}")
     assert "replaced" not in drysim("run", seat, *over).err
     assert "replaced" not in drysim("sweep", seat, *over).err
-    told = "the sweep in out/seat is replaced; use --out to keep it\n"
+    told = "the sweep in out/seat will be replaced; use --out to keep it\n"
     assert drysim("run", seat, *over).err.startswith(told)
     assert "replaced" not in drysim("run", seat, *over).err
     drysim("sweep", seat, *over)
@@ -96,7 +96,7 @@ def test_folder_of_a_study_has_the_name_of_the_command_once(drysim, seat):
     compare = ("compare", "signum", "vs", "stick-slip", "-s", seat, *over)
     assert "replaced" not in drysim("run", seat, *over).err
     assert drysim(*compare).out.endswith("written     out/seat-compare\n")
-    told = "the comparison in out/seat-compare is replaced; use --out to keep it\n"
+    told = "the comparison in out/seat-compare will be replaced; use --out to keep it\n"
     assert drysim("run", seat, *over, "--dry-run").err == ""
     assert drysim("run", seat, *over).err.startswith(told)
 

@@ -684,7 +684,7 @@ def test_removal_of_a_report_is_said(result, drysim):
     result(SAFE, "run", "--no-plots")
     for silence in ((), ("--quiet",)):
         done = drysim("run", "seat.yaml", "--no-plots", "-o", "out", *silence)
-        removed = "the report of the earlier result in out is removed with it; "
+        removed = "the report of the earlier result in out will be removed with it; "
         assert done.err.startswith(removed)
         assert drysim("report", "out").code == 0
     assert drysim("run", "seat.yaml", "--no-plots", "--report", "-o", "out").err == ""

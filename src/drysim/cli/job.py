@@ -288,11 +288,11 @@ def compute(job: Job, folder: Path, common: Common) -> Done:
     mode = common.mode
     replaced = stored_kind(folder)
     if replaced not in ("", QUICK_KIND, job.kind):
-        mode.print_loss(f"the {replaced} in {folder} is replaced; use --out to keep it")
+        mode.print_loss(f"the {replaced} in {folder} will be replaced; use --out to keep it")
     if not common.report and output.has_report(folder):
         mode.print_loss(
-            f"the report of the earlier result in {folder} is removed with it; `drysim report "
-            f"{folder}` writes a new one"
+            f"the report of the earlier result in {folder} will be removed with it; "
+            f"`drysim report {folder}` writes a new one"
         )
     job.before(folder)
     with job.executor() as execute, ExitStack() as stack:
