@@ -19,7 +19,7 @@ from shown import labelled, legend, show
 
 from drysim import wording
 from drysim.bench.score import Bench, BenchCase, Score
-from drysim.metrics.checks import Check
+from drysim.metrics.checks import COMPARISONS, Check
 from drysim.plots import comparison as comparison_plot
 from drysim.plots import style
 from drysim.plots import sweep as sweep_plots
@@ -33,7 +33,7 @@ from drysim.study.compare import compare
 from drysim.study.statistics import FAILED, NOT_SETTLED, NOT_UNIQUE, as_batches
 from drysim.study.sweep import sweep as many_sweep
 from drysim.study.sweep import sweep as solved
-from drysim.study.table import Table
+from drysim.study.table import Table, Tally
 from drysim.study.warnings import table_stroke_warnings
 
 # The pictures of sweeps and comparisons: what is drawn, and that every table can be.
@@ -999,6 +999,32 @@ def test_sweep_of_two_keys_is_drawn_as_a_map_with_limit_and_best_case(tmp_path):
 
 
 FIVE = [1, 2, 3, 4, 5]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_hatched_cells_are_the_cases_that_fail_also_at_the_limit(seed):
+    random = np.random.default_rng(seed)
+    table = sweep(*axes(frequency=FIVE, rms=FIVE), reference=None)
+    numbers, exceeds = random.integers(0, 4, 25), random.random(25) < 0.2
+    rows = tuple(
+        replace(row, metrics=row.metrics | {"stroke_used": 1.0, "violations": v, "contacts": n})
+        for row, n, v in zip(table.rows, numbers.tolist(), exceeds.tolist(), strict=True)
+    )
+    check = Check.parse(f"contacts {random.choice([*COMPARISONS])} {random.integers(1, 3)}")
+    table.scenario.checks = (check,)
+    table = Table(table.scenario, table.axes, rows)
+    fails = ~check.holds(numbers)
+    (tally,) = Tally.of(as_batches(rows), table.scenario, "stick-slip").values()
+    assert tally.verdicts[0].failed == fails.sum()
+    panel = draw_map(table).axes[0]
+    (hatched,) = (
+        drawn for drawn in panel.collections if drawn.get_hatch() and drawn.get_paths()
+    )
+    left, bottom = np.array([path.vertices.min(axis=0) for path in hatched.get_paths()]).T
+    cells = np.searchsorted(FIVE, bottom), np.searchsorted(FIVE, left)
+    shown = np.zeros((5, 5), dtype=bool)
+    shown[cells] = True
+    assert shown.ravel().tolist() == (fails | exceeds).tolist()
 
 
 def test_map_of_many_values_is_interpolated_unless_a_case_has_no_value():

@@ -52,6 +52,9 @@ _CHECK_PATTERN = re.compile(
     rf"{COMPARISON_PATTERN}"
 )
 
+LEAST_EXCESS = 1e-200
+"""Relative excess of a value that fails and is equal to its limit."""
+
 STATUS, OK = "status", "ok"
 """Condition that selects cases with metrics: `at status == ok`."""
 
@@ -212,6 +215,14 @@ class Check:
         """Return by how much a value, or a column, exceeds the limit; below 0 it holds."""
         away = value - self.limit
         return {"<": away, ">": -away, "=": abs(away)}[self.op[0]]
+
+    def relative_excess(self, values: Column) -> Column:
+        """Return by how much values exceed the limit, relative to it; NaN where unknown.
+
+        It is above 0 exactly where the check fails, also for a value equal to the limit.
+        """
+        amount: Column = self.excess(values) / (abs(self.limit) or 1.0)
+        return np.where(self.holds(values), amount, np.maximum(amount, LEAST_EXCESS))
 
     def holds(self, value: Any) -> Any:
         """Whether a value, or each value of a column, of the metric satisfies the check."""

@@ -84,9 +84,6 @@ SAME = 0.01
 MIN_RELAXATION = 1e-3
 """Relative gain without a limit from which the limit binds."""
 
-LEAST_EXCESS = 1e-200
-"""Relative excess of a value that is equal to a strict limit."""
-
 STROKE_WITH_EVERY_SEED = Check.parse(f"{STROKE_LIMIT} with {EVERY_SEED}")
 """The stroke limit of a file with several seeds: a limit in `within` applies to their mean."""
 
@@ -760,12 +757,8 @@ def max_excess(limit: Check, rows: Sequence[Row]) -> float:
 
     It is above 0 exactly where the limit does not hold, also at the limit itself.
     """
-    values = [number_of(judged_value(limit, row)) for row in rows]
-    if any(map(isnan, values)):
-        return nan
-    worst = max(float(limit.excess(value)) for value in values) / (abs(limit.limit) or 1.0)
-    kept = all(map(limit.holds, values))
-    return worst if kept else max(worst, LEAST_EXCESS)
+    values = np.array([number_of(judged_value(limit, row)) for row in rows])
+    return float(limit.relative_excess(values).max())
 
 
 def evaluations_of(scenario: Scenario, candidates: Sequence[Candidate]) -> Evaluations:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from drysim.core.model import Input, RecordSummary, Samples, Sines, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.excitation.harmonic import Shock
-from drysim.metrics.checks import EVERY_SEED, STATUS, Check, Verdict, violation
+from drysim.metrics.checks import EVERY_SEED, LEAST_EXCESS, STATUS, Check, Verdict, violation
 from drysim.metrics.table import (
     HOURLY_STROKE,
     HOURLY_STROKES_BY_SIDE,
@@ -788,18 +788,20 @@ def seeds_beyond(row: Row) -> int:
 def excess_of(batch: Batch, checks: Iterable[Check]) -> NDArray[np.float64]:
     """Return by how much each case exceeds the stroke limit, and then the limit of each check.
 
-    The amounts, of shape (1 + checks, n), are relative to the limits, and not positive where
-    these are kept; that of the stroke is the largest of the seeds, those of checks are of the
-    values that they judge. They are infinite if the case has no numbers or a value is unknown,
-    and minus infinity for a limit that does not apply to the case.
+    The amounts, of shape (1 + checks, n), are relative to the limits, and above 0 exactly where
+    the case fails these; that of the stroke is the largest of the seeds, those of checks are of
+    the values that they judge. They are infinite if the case has no numbers or a value is
+    unknown, and minus infinity for a limit that does not apply to the case.
     """
     used = batch.metrics[STROKE_USED].copy()
     largest = [batch.row(i).largest(STROKE_USED) for i in batch.over]
     used[[*batch.over]] = np.array(largest, dtype=float)  # None becomes NaN
-    excess = [np.where(np.isnan(used), -np.inf, used - 1.0)]
+    beyond = np.where(np.isnan(used), -np.inf, used - 1.0)
+    exceeds = np.nan_to_num(batch.metrics["violations"]) > 0
+    excess = [np.where(exceeds, np.maximum(beyond, LEAST_EXCESS), np.minimum(beyond, 0.0))]
     for check in checks:
         applies = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
-        amount = check.excess(judged_column(check, batch)) / (abs(check.limit) or 1.0)
+        amount = check.relative_excess(judged_column(check, batch))
         excess.append(np.where(applies, np.where(np.isnan(amount), np.inf, amount), -np.inf))
     return np.where(batch.status == STATUSES.index(OK), excess, np.inf)
 
@@ -810,12 +812,7 @@ def misses_of(batch: Batch, checks: Sequence[Check]) -> NDArray[np.float64]:
     The amounts are those of `excess_of`, but minus infinity for a limit that the case keeps.
     """
     excess = excess_of(batch, checks)
-    fails = [np.nan_to_num(batch.metrics["violations"]) > 0]
-    for check, amount in zip(checks, excess[1:], strict=True):
-        at_limit = (amount == 0.0) & (not check.holds(check.limit))
-        fails.append((amount > 0.0) | at_limit)
-    misses = np.where(fails, np.maximum(excess, 0.0), -np.inf)
-    return np.where(batch.status == STATUSES.index(OK), misses, np.inf)
+    return np.where(excess > 0.0, excess, -np.inf)
 
 
 def is_admissible(batch: Batch, checks: Sequence[Check]) -> NDArray[np.bool_]:
