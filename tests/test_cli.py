@@ -530,6 +530,37 @@ def test_out_of_several_scenarios_holds_their_folders(drysim, three):
     assert folders == ["fails", "holds", "quiet"]
 
 
+@pytest.mark.parametrize("out", ["results", "out"])
+@pytest.mark.parametrize(
+    ("suffix", "sentence"),
+    [
+        ("", "{} is a result itself"),
+        (".partial", "{0} has {0}.partial beside it"),
+        (".replaced", "{0} has {0}.replaced beside it"),
+    ],
+)
+def test_several_scenarios_are_never_written_into_a_result(
+    drysim, three, out, suffix, sentence
+):
+    assert drysim("run", three[0], "--no-plots", "-q", "--out", out).code == 0
+    place = Path(out).rename(out + suffix)
+    before = tree(Path())
+    code, shown, err = drysim("run", *three, *(["--out", out] if out != "out" else []))
+    assert (code, shown) == (2, "")
+    assert f"error: {sentence.format(out)}: the results of several scenarios" in err
+    assert tree(Path()) == before
+    place.rename(out)
+    assert drysim("run", three[0], "--no-plots", "-q", "--out", out).code == 0
+
+
+def test_result_within_a_result_is_named(drysim, three):
+    for out in ("results", "results/inner"):
+        assert drysim("run", three[0], "--no-plots", "-q", "--out", out).code == 0
+    answer = drysim("run", three[0], "--no-plots", "--out", "results")
+    assert answer.code == 2
+    assert "error: results holds another result, inner" in answer.err
+
+
 def test_nothing_is_written_where_one_of_several_scenarios_is_faulty(drysim, three):
     for file in three[1:]:
         file.write_text(file.read_text().replace("stiffness", "stifness"))

@@ -182,7 +182,7 @@ def carry_out_each(jobs: Sequence[Job], common: Common) -> int:
     ------
     OutputError
         A folder was not written by drysim, or cannot be written, or the disk has no room for
-        its files; nothing was computed.
+        its files, or the folder of several results is a result; nothing was computed.
     UsageError
         Two jobs have the same folder.
     """
@@ -269,7 +269,11 @@ def output_folders(jobs: Sequence[Job], out: Path | None) -> list[Path]:
             f"several scenarios are named {twice[0]}, and each writes a folder of its name",
             "name each file once, give each its own `name`, or use one command and --out each",
         )
-    return [(out or Path("out")) / job.name for job in jobs]
+    from drysim.output import check_no_result
+
+    parent = out or Path("out")
+    check_no_result(parent)
+    return [parent / job.name for job in jobs]
 
 
 def show_fault(job: Job, fault: DrysimError) -> None:

@@ -15,6 +15,7 @@ from drysim.errors import EXIT_INTERRUPTED
 from drysim.output.folder import STORES as STORES
 from drysim.output.folder import LockedFolder, write_folder
 from drysim.output.folder import check_disk_space as check_disk_space
+from drysim.output.folder import check_no_result as check_no_result
 from drysim.output.folder import check_writable as check_writable
 from drysim.output.folder import has_report as has_report
 from drysim.output.folder import lock_partial as lock_partial

@@ -404,6 +404,26 @@ def check_writable(folder: Path) -> None:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
 
+def check_no_result(folder: Path) -> None:
+    """Verify that a folder that is to hold several results is not a result itself.
+
+    Raises
+    ------
+    OutputError
+        The folder is a result, or will be: work on it, or what a kill left, is beside it.
+    """
+    with translate_os_errors(folder):
+        target = resolve_name(folder)
+        names = (target, *(sibling(target, suffix) for suffix in ("partial", "replaced")))
+        place = next((name for name in names if _read_marker(name) is not None), None)
+    if place is not None:
+        why = "is a result itself" if place == target else f"has {place.name} beside it"
+        raise OutputError(
+            f"{folder} {why}: the results of several scenarios cannot be written into it",
+            OTHER_FOLDER_HINT,
+        )
+
+
 def check_disk_space(folder: Path, volume: float) -> None:
     """Verify, before any computation, that the disk has room for `volume` bytes.
 
@@ -479,6 +499,10 @@ def check_ownership(target: Path, leftover: bool = False) -> None:
         listed = {name.partition("/")[0] for name in _listed_files(marker)}
         foreign += [name for name in held - listed - {*STORES} if _is_empty(target / name)]
     if foreign:
+        results = [name for name in sorted(foreign) if Path(name).name == MARKER]
+        if results and _read_marker(target / Path(results[0]).parent) is not None:
+            sentence = f"{target} holds another result, {Path(results[0]).parent.as_posix()}"
+            raise OutputError(sentence, hint)
         raise OutputError(f"{target} holds {min(foreign)}, which drysim did not write", hint)
     if leftover or marker is None:
         return
