@@ -13,6 +13,7 @@ from twin import base_motion, fit_twin, write_columns, write_twin
 
 import drysim
 from drysim.metrics.spectra import TransferEstimate, transfer_estimate
+from drysim.plots.assess import heading
 from drysim.results.assess import ASSESS, format_hours
 from drysim.study.assess import band_of_coherence, band_of_H1
 
@@ -77,6 +78,12 @@ def assess(
 def warnings_of(result: drysim.AssessResult, slug: str) -> list[str]:
     """Return the sentences of the warnings of a kind."""
     return [warning.sentence for warning in result.warnings if warning.slug == slug]
+
+
+def rows_of(result: drysim.AssessResult) -> dict[str, str]:
+    """Return value and remark of each row of the summary, by its label."""
+    rows = [row for group in ASSESS.summary(result).groups for row in group]
+    return {row.label: f"{row.value} {row.remark}" for row in rows}
 
 
 # Metrics
@@ -273,6 +280,39 @@ def test_hours_until_action_and_limit_value(tmp_path):
         day = result.metrics["VDV_day"] * (by_dose / 8.0) ** 0.25
         assert day == pytest.approx(VDV)
     assert [format_hours(x) for x in (0.25, 3.456, 40.0)] == ["15 min", "3.46 h", "over 24 h"]
+
+
+def test_dose_of_runs_of_different_length_is_that_of_all_of_them(tmp_path):
+    record = seat_record()
+    short = {name: values[:2000] for name, values in seat_record(seed=2).items()}
+    changes = {"measure.exposure": "8 h", "checks": ["VDV < 9"]}
+    result = assess(tmp_path, changes, whole=record, half=short)
+    doses = [run.metrics["VDV"] for run in result.runs]
+    rate = sum(dose**4 for dose in doses) / sum(run.length for run in result.runs)
+    assert result.metrics["VDV_day"] == pytest.approx((rate * 8 * 3600) ** 0.25)
+    (exposure,) = result.exposures
+    assert exposure.hours["action value"][1] == pytest.approx(9.1**4 / rate / 3600)
+    assert result.metrics["VDV"] is exposure.VDV is result.deviation("VDV") is None
+    assert not result.checks[0].passed
+    assert "the runs last 10 to 20 s; a dose grows" in rows_of(result)["VDV"]
+    result.save(tmp_path / "out", report=True)
+
+
+def test_mean_dose_of_runs_that_differ_by_a_sample(tmp_path):
+    runs = {"a": seat_record(), "b": {k: v[:-1] for k, v in seat_record(seed=2).items()}}
+    result = assess(tmp_path, **runs)
+    doses = [run.metrics["VDV"] for run in result.runs]
+    assert result.metrics["VDV"] == pytest.approx(np.mean(doses))
+
+
+def test_largest_running_RMS_of_the_runs_counts(tmp_path):
+    result = assess(tmp_path, a=seat_record(), b=seat_record(seed=2))
+    assert result.metrics["MTVV"] == max(run.metrics["MTVV"] for run in result.runs)
+    crest = [run.metrics["crest_factor"] for run in result.runs]
+    assert result.metrics["crest_factor"] == pytest.approx(np.mean(crest))
+    assert "largest MTVV" in rows_of(result)["a_w"]
+    assert "mean crest factor" in rows_of(result)["a_w"]
+    assert heading(result).lines[0].startswith("2 runs: SEAT")
 
 
 def test_model_on_the_measured_base_stands_beside_it(tmp_path):

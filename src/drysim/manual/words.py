@@ -234,8 +234,7 @@ LABELS = {
     "2002/44/EC, A(8) of 1.15 m/s²; of an assessment.",
     "runs": "Whether the runs of a test agree: how far each is from their mean, in SEAT and "
     "a_w or, without a weighting, in T_a and a_x.",
-    "axis": "Axis of the seat with the highest weighted acceleration, which decides the daily "
-    "exposure.",
+    "axis": "Axis of the seat with the highest weighted acceleration, from which A(8) follows.",
     "hysteresis": "Values of the first key at which sweeps up and down have different T_a, and "
     "the largest difference; of a sweep with direction: both.",
 }

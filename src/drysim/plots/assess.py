@@ -64,7 +64,7 @@ def heading(result: AssessResult) -> style.Heading:
     numbers = [
         format_labelled(name, metrics[name]) for name in names if metrics[name] is not None
     ]
-    runs = f"mean of {format_count(len(result.runs), 'run')}: " * (len(result.runs) > 1)
+    runs = f"{format_count(len(result.runs), 'run')}: " * (len(result.runs) > 1)
     least = format_percent(MIN_POWER_SHARE)
     spectra = (
         f"Welch, {format_count(transfer.segments, 'segment')} of "

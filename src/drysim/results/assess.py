@@ -106,7 +106,8 @@ def measured_rows(result: AssessResult) -> Iterator[Row]:
     weights, a_u = result.scenario.measure.weights, format_value("a_u", result.metrics["a_u"])
 
     def row(name: str, *further: str) -> Row:
-        beside = f"model {format_value(name, result.model[name])}" if result.model else ""
+        model = (result.model or {}).get(name)
+        beside = "" if model is None else f"model {format_value(name, model)}"
         off = f", {difference(result, name)}" if beside else ""
         remark = "; ".join(filter(None, [*further, beside + off]))
         return Row(label_of(name), format_value(name, metrics[name]), remark)
@@ -118,8 +119,14 @@ def measured_rows(result: AssessResult) -> Iterator[Row]:
         name, k = weights
         yield row("SEAT", listed("SEAT_VDV"))
         how = f"{name}, k {format_number(k)}"
-        yield row("a_w", how, listed("MTVV", "crest_factor"))
-        yield row("VDV", f"in {format_number(result.runs[0].length, 's')}")
+        several = len(result.runs) > 1
+        peaks = f"{'largest ' * several}{format_labelled('MTVV', metrics['MTVV'])}"
+        crest = f"{'mean ' * several}{format_labelled('crest_factor', metrics['crest_factor'])}"
+        yield row("a_w", how, f"{peaks}, {crest}")
+        lengths = [run.length for run in result.runs]
+        length = format_range(min(lengths), max(lengths), "s")
+        of_each = f"the runs last {length}; a dose grows with the length and has no mean here"
+        yield row("VDV", of_each if metrics["VDV"] is None else f"in {length}")
     yield row("T_a", f"mass {format_value('a_x', metrics['a_x'])} RMS, base {a_u} RMS")
     if metrics[PEAK_STROKE] is not None:
         used = ""
@@ -204,7 +211,7 @@ def exposure_rows(result: AssessResult) -> Iterator[Row]:
     if len(result.exposures) > 1:
         first, *rest = result.exposures
         others = join_words([f"{each.axis} {format_value('a_w', each.a_w)}" for each in rest])
-        remark = f"decides: a_w {format_value('a_w', first.a_w)}, {others}; k included"
+        remark = f"of the highest a_w: {format_value('a_w', first.a_w)}, {others}; k included"
         yield Row("axis", first.axis, remark)
 
 
@@ -265,7 +272,7 @@ def axes_table(result: AssessResult) -> Grid | None:
     columns = [["metric", *map(label_of, names)]]
     for exposure in sorted(result.exposures, key=lambda each: each.axis):
         runs = [run for run in (*result.runs, *result.others) if run.axis == exposure.axis]
-        means = combine([run.metrics for run in runs])
+        means = combine(runs)
         columns.append([exposure.axis, *(format_value(name, means[name]) for name in names)])
     return Grid(columns, ("metric",), title="The axes side by side, k included")
 

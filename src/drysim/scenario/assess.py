@@ -95,8 +95,8 @@ class Assess(Block):
     """The measured channels."""
     axes: OtherAxes | None = None
     """Channels of other axes of the seat, `x`, `y` or `z`, in the same files; the axis of
-    `measured` is z if `measure.direction` is vertical, else x. The axis with the highest
-    weighted acceleration decides the daily exposure."""
+    `measured` is z if `measure.direction` is vertical, else x. `A_8`
+    and `VDV_day` are each the largest of all axes."""
     agree_within: Annotated[float, Quantity("", above=0, below=1)] = DEFAULT_AGREEMENT
     """Share of their mean within which the runs must agree [-]; default 5 %."""
 

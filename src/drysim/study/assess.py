@@ -30,7 +30,6 @@ from drysim.metrics.spectra import (
 from drysim.metrics.table import (
     PEAK_STROKE,
     STROKE_USED,
-    Metrics,
     Values,
     evaluate,
     evaluate_samples,
@@ -66,7 +65,7 @@ AGREEING = {True: ("SEAT", "a_w"), False: ("T_a", "a_x")}
 """Metrics in which runs must agree, with and without a weighting."""
 
 OF_THE_DAY = ("A_8", "VDV_day")
-"""Metrics of the axis that decides the daily exposure."""
+"""Metrics of which the largest of all axes counts."""
 
 
 class Run(NamedTuple):
@@ -93,8 +92,8 @@ class Exposure(NamedTuple):
 
     axis: str
     a_w: float
-    VDV: float
-    """Means over the runs [m/s²], [m/s^1.75], times k."""
+    VDV: float | None
+    """Means over the runs [m/s²], [m/s^1.75], times k; VDV is None if their lengths differ."""
     hours: dict[str, tuple[float, float]]
     """Name of each limit: hours until A(8), and until the dose, reaches it; infinite for
     never."""
@@ -118,7 +117,7 @@ class AssessResult(Result):
         The runs along other axes.
     metrics : dict
         Means of the measured metrics over the runs, by name, of peaks the largest; `A_8` and
-        `VDV_day` are those of the axis that decides.
+        `VDV_day` are each the largest of all axes. VDV is None if the runs differ in length.
     model : dict or None
         The same of the metrics of the model.
     exposures : tuple of Exposure
@@ -171,7 +170,12 @@ class AssessResult(Result):
         return H1[: len(self.transfer.f)]  # a base of velocity has half the step, more lines
 
     def deviation(self, name: str) -> float | None:
-        """Return the largest relative deviation of a run from the mean of a metric [-]."""
+        """Return the largest relative deviation of a run from the mean of a metric [-].
+
+        None where the mean is unknown.
+        """
+        if self.metrics[name] is None:
+            return None
         return largest_deviation([run.metrics[name] for run in self.runs])
 
     def __repr__(self) -> str:
@@ -216,15 +220,15 @@ def assess(scenario: Scenario) -> AssessResult:
     others = tuple(evaluate_run(run, segment) for run in other_prepared)
     all_prepared, all_runs = [*prepared, *other_prepared], [*runs, *others]
     exposures = daily_exposures(scenario, all_runs)
-    metrics = combine([run.metrics for run in runs])
+    metrics = combine(runs)
     by_axis = [
-        combine([run.metrics for run in others if run.axis == axis])
+        combine([run for run in others if run.axis == axis])
         for axis in dict.fromkeys(run.axis for run in others)
     ]
     for name in OF_THE_DAY:
         values = [each[name] for each in (metrics, *by_axis)]
         metrics[name] = max((value for value in values if value is not None), default=None)
-    models = [run.model for run in runs if run.model is not None]
+    modelled = [run._replace(metrics=run.model) for run in runs if run.model is not None]
     warnings = [
         warning
         for source, run in zip(all_prepared, all_runs, strict=True)
@@ -239,7 +243,7 @@ def assess(scenario: Scenario) -> AssessResult:
         runs=runs,
         others=others,
         metrics=metrics,
-        model=combine(models) if models else None,
+        model=combine(modelled) if modelled else None,
         exposures=exposures,
         checks=tuple(check.judge(metrics) for check in without_fit_checks(scenario).checks),
         warnings=tuple({warning.sentence: warning for warning in warnings}.values()),
@@ -478,17 +482,27 @@ def evaluate_run(prepared: PreparedRun, segment: float) -> Run:
     )
 
 
-LARGEST = (PEAK_STROKE, "x_r_max", STROKE_USED, "stroke_suffices", "x_dd_peak")
+LARGEST = (PEAK_STROKE, "x_r_max", STROKE_USED, "stroke_suffices", "x_dd_peak", "MTVV")
 """Metrics of which the largest value of several runs counts, not the mean."""
 
 
-def combine(runs: Sequence[Metrics]) -> Values:
-    """Return the mean of each metric over runs, of peaks the largest; None where unknown."""
+def combine(runs: Sequence[Run]) -> Values:
+    """Return the mean of each metric over runs, of peaks the largest; None where unknown.
+
+    A dose grows with the length of the run: VDV is unknown of runs whose lengths differ by more
+    than a sample. VDV_day is that of all runs one after the other.
+    """
     combined: Values = {}
-    for name in runs[0]:
-        values = [value for metrics in runs if (value := metrics[name]) is not None]
+    lengths = np.array([run.length for run in runs])
+    for name in runs[0].metrics:
+        values = [value for run in runs if (value := run.metrics[name]) is not None]
         how = np.max if name in LARGEST else np.min if name == "x_r_min" else np.mean
         combined[name] = float(how(values)) if len(values) == len(runs) else None
+        if name == "VDV_day" and combined[name] is not None:
+            fourth_power = np.average(np.array(values) ** 4, weights=lengths)
+            combined[name] = float(fourth_power**0.25)
+    if np.ptp(lengths) > runs[0].dt * (1.0 + STEP_TOLERANCE):
+        combined["VDV"] = None
     return combined
 
 
@@ -510,12 +524,13 @@ def daily_exposures(scenario: Scenario, runs: Sequence[Run]) -> tuple[Exposure, 
     exposures = []
     for axis in dict.fromkeys(run.axis for run in runs):
         same = [run for run in runs if run.axis == axis]
-        length = float(np.mean([run.length for run in same]))
-        a_w, dose = (combine([run.metrics for run in same])[name] for name in ("a_w", "VDV"))
+        combined = combine(same)
+        a_w, doses = combined["a_w"], [run.metrics["VDV"] for run in same]
         assert a_w is not None, "a direction has a weighting"
-        assert dose is not None, "a direction has a weighting"
-        hours = {limit.name: limit.hours(a_w, dose, length) for limit in EXPOSURE_LIMITS}
-        exposures.append(Exposure(axis, a_w, dose, hours))
+        total = sum(dose**4 for dose in doses if dose is not None) ** 0.25
+        length = sum(run.length for run in same)
+        hours = {limit.name: limit.hours(a_w, total, length) for limit in EXPOSURE_LIMITS}
+        exposures.append(Exposure(axis, a_w, combined["VDV"], hours))
     return tuple(sorted(exposures, key=lambda each: -each.a_w))
 
 
