@@ -1037,7 +1037,9 @@ def test_map_of_many_values_is_interpolated_unless_a_case_has_no_value():
     assert [text.get_text() for text in panel.texts]  # levels, named on their lines
     assert legend(figure) == ["exceeds a limit", "limit"]
     assert legend(draw_map(fine(1e-9))) == ["exceeds a limit"]
-    assert not legend(draw_map(fine(None)))
+    figure = draw_map(fine(None))  # without a limit
+    assert figure.axes[0].texts
+    assert not legend(figure)
     figure = draw_map(spoil(fine(0.01), FAILED, 5))
     assert not figure.axes[0].texts
     assert legend(figure) == ["no case with a value", "exceeds a limit", "limit"]

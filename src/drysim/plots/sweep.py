@@ -1056,7 +1056,9 @@ def draw_map(table: Table, ax: Axes | None = None) -> Figure | None:
     axes = ax or figure.add_subplot(grid[0, 0])
     is_log = [axis.range.is_log or spans_decade(axis.values) for axis in keys]
     edges = edges_between(x, is_log[0]), edges_between(y, is_log[1])
-    is_smooth = min(values.shape) >= MIN_SMOOTH_VALUES and np.isfinite([values, excess]).all()
+    is_known = np.isfinite(values).all()
+    has_edge = np.isfinite(excess).all() or np.isneginf(excess).all()
+    is_smooth = min(values.shape) >= MIN_SMOOTH_VALUES and is_known and has_edge
     ends = (x, y) if is_smooth else edges
     for which, axis, end, log in zip("xy", keys, ends, is_log, strict=True):
         set_axis(axes, which, axis_label(axis), end[0], end[-1], log)
