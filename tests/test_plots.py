@@ -19,9 +19,9 @@ from shown import labelled, legend, show
 
 from drysim import wording
 from drysim.bench.score import Bench, BenchCase, Score
-from drysim.metrics.checks import COMPARISONS, Check
+from drysim.metrics.checks import COMPARISONS, LEAST_EXCESS, Check
 from drysim.plots import comparison as comparison_plot
-from drysim.plots import style
+from drysim.plots import metric_map, style
 from drysim.plots import sweep as sweep_plots
 from drysim.plots.comparison import draw as draw_comparison
 from drysim.plots.speed_error import draw as draw_bench
@@ -1043,6 +1043,21 @@ def test_map_of_many_values_is_interpolated_unless_a_case_has_no_value():
     figure = draw_map(spoil(fine(0.01), FAILED, 5))
     assert not figure.axes[0].texts
     assert legend(figure) == ["no case with a value", "exceeds a limit", "limit"]
+
+
+@pytest.mark.parametrize("failed", [LEAST_EXCESS, 1.0])
+@pytest.mark.parametrize("kept", [0.0, -1.0])
+def test_interpolated_map_hatches_cases_beyond_a_limit_only(kept, failed):
+    from matplotlib.figure import Figure
+
+    x = np.arange(12.0)
+    values = np.add.outer(x, x)
+    panel = Figure().add_subplot()
+    metric_map.draw_levels(panel, x, x, values, np.where(values > 12, failed, kept))
+    (region,) = (drawn for drawn in panel.collections if any(getattr(drawn, "hatches", ())))
+    inner = [(a, b) for a in range(1, 11) for b in range(1, 11) if a + b != 12]  # off the line
+    hatched = region.get_paths()[0].contains_points(inner)
+    assert hatched.tolist() == [a + b > 12 for a, b in inner]
 
 
 @pytest.mark.parametrize(

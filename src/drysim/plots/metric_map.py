@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.model import Floats
+from drysim.metrics.checks import LEAST_EXCESS
 from drysim.plots.style import Style
 
 if TYPE_CHECKING:
@@ -66,12 +67,13 @@ def draw_levels(axes: Axes, x: Floats, y: Floats, values: Floats, excess: Floats
     if excluded.any():
         fill = "none" if excluded.all() else [EXCLUDED_STYLE["facecolor"]]
         hatches = [EXCLUDED_STYLE["hatch"]]
-        levels = [0.0, 1.0 + excess.max()]  # the upper one is out of reach
+        edge = 0.5 * LEAST_EXCESS  # at 0 the limit is kept; contourf takes in a minimum of 0
+        levels = [edge, 1.0 + excess.max()]  # the upper one is out of reach
         region: Any = axes.contourf(
             x, y, excess, levels=levels, colors=fill, hatches=hatches, zorder=1.2
         )
         region.set(edgecolor=EXCLUDED_STYLE["edgecolor"], linewidth=0.0)
-        axes.contour(x, y, excess, levels=[0.0], zorder=1.4, **LIMIT_STYLE)
+        axes.contour(x, y, excess, levels=[edge], zorder=1.4, **LIMIT_STYLE)
     label_limit(axes, excluded)
     axes.grid(visible=False)
     return filled
