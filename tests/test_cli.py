@@ -154,6 +154,19 @@ def test_faulty_over_is_said(drysim, seat, over, sentence):
     assert not Path("out").exists()
 
 
+@pytest.mark.parametrize(
+    "change", ["sweep={excitation.rms: [0.5, 1]}", "sweep.excitation.rms=[1, 2]", "sweep=null"]
+)
+@pytest.mark.parametrize("command", ["run", "sweep", "compare signum vs stick-slip"])
+def test_over_and_set_of_the_sweep_are_refused_together(drysim, seat, command, change):
+    over = ("--over", "friction.kinetic=5,15")
+    answer = drysim(*command.split(), seat, *over, "--set", change)
+    assert (answer.code, answer.out) == (2, "")
+    key = change.partition("=")[0]
+    assert f"--over makes the sweep block, which --set {key} would change" in answer.err
+    assert drysim("sweep", seat, *over, "--set", "oscillator.mass=80", "--dry-run").code == 0
+
+
 def test_block_to_copy_keeps_its_lines(drysim, seat):
     answer = drysim("sweep", seat)
     assert answer.code == 2

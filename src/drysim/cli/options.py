@@ -324,10 +324,17 @@ def overrides(
     Raises
     ------
     UsageError
-        If an `--over` has no values, or its key is named twice.
+        If an `--over` has no values, its key is named twice, or `--set` sets the sweep, too.
     """
+    from drysim.scenario.axes import SWEEP_KEY
     from drysim.yaml_document import OptionOverride
 
+    keys = [word.partition("=")[0].strip() for word in changes or []]
+    if over and (swept := [key for key in keys if key.split(".")[0] == SWEEP_KEY]):
+        raise UsageError(
+            f"--over makes the sweep block, which --set {swept[0]} would change",
+            "give all its keys by --over, or the whole block by --set",
+        )
     assignments = [*sweep_overrides(over or []), *(changes or [])]
     if approach is not None:
         assignments.append(
