@@ -423,6 +423,34 @@ def test_lag_that_is_stated_is_removed(tmp_path):
     np.testing.assert_allclose(found.H1[strong], plain.H1[strong], rtol=0.1)
 
 
+@pytest.mark.parametrize("lag", [0, 300])
+def test_runs_that_repeat_the_base_narrow_no_band(tmp_path, lag):
+    record = seat_record()
+    runs = {f"run-{i}": {k: np.roll(v, i * lag) for k, v in record.items()} for i in range(3)}
+    segment = {"measure.spectra": True, "measure.segment": 2}
+    result = assess(tmp_path, segment, **runs)
+    single = result.runs[0].transfer
+    assert result.transfer.averages == single.averages
+    assert result.transfer.segments == 3 * single.segments
+    for band in (band_of_H1, band_of_coherence):
+        widths = [high - low for low, high in map(band, (result.transfer, single))]
+        strong = single.G_u > 0.1 * single.G_u.max()
+        assert np.median(widths[0][strong] / widths[1][strong]) == pytest.approx(1.0, abs=0.2)
+    assert [Path(run.repeats).name for run in result.runs] == ["", "run-0.csv", "run-0.csv"]
+    scene = dict(ASSESS.summary(result).scene)
+    assert "run-1.csv and run-2.csv repeat a base and count for none" in scene["spectra"]
+    fields = json.loads((result.save(tmp_path / "out") / "drysim.json").read_text())
+    assert fields["assess"]["runs"][2]["repeats"] == "run-0.csv"
+
+
+@pytest.mark.parametrize("base", CLASSES)
+def test_runs_on_other_bases_add_their_averages(tmp_path, base):
+    runs = {f"run-{i}": seat_record(base, seed=i) for i in (1, 2, 3)}
+    result = assess(tmp_path, **runs)
+    averages = [run.transfer.averages for run in result.runs]
+    assert result.transfer.averages == pytest.approx(sum(averages))
+
+
 # Faults of channels
 
 
@@ -531,6 +559,10 @@ def test_block_without_an_assess_block_is_required_as_before(tmp_path):
                 "excitation": {"kind": "record", "file": "base.csv"},
             },
             "each file has its own base",
+        ),
+        (
+            {"assess.measured.more_files": ["b.csv", "c.csv", "b.csv"]},
+            "assess.measured.more_files.2 names b.csv again",
         ),
         ({"assess.measured.x_dd": "sofa"}, "no column"),
         ({"assess.axes": {"z": {"x_dd": "seat"}}}, "assess.axes.z is the axis of `measured`"),

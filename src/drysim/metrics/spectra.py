@@ -270,19 +270,43 @@ def transfer_estimate(
     return TransferEstimate(f, *matrix, n * dt, count, averages)
 
 
-def combined_estimate(estimates: Sequence[TransferEstimate]) -> TransferEstimate:
+def combined_estimate(
+    estimates: Sequence[TransferEstimate], are_independent: Sequence[bool]
+) -> TransferEstimate:
     """Return the estimate from all segments of several runs, whose lines are the same.
 
-    The spectra are means, weighted by the number of segments; the averages add up.
+    The spectra are means, weighted by the number of segments. The averages of the independent
+    runs add up.
     """
     weights = [estimate.segments for estimate in estimates]
     G_u, G_x, G_ux = (
         np.average([getattr(estimate, name) for estimate in estimates], axis=0, weights=weights)
         for name in ("G_u", "G_x", "G_ux")
     )
-    averages = sum(estimate.averages for estimate in estimates)
+    averages = sum(
+        estimate.averages
+        for estimate, is_independent in zip(estimates, are_independent, strict=True)
+        if is_independent
+    )
     first = estimates[0]
     return TransferEstimate(first.f, G_u, G_x, G_ux, first.segment, sum(weights), averages)
+
+
+SAME_SIGNAL = 0.7
+"""Correlation at any lag from which two base motions are the same signal [-]. Of independent
+ones of 20 s of the classes of ISO 7096 it reaches 0.53, the more the narrower the band."""
+
+
+def is_same_signal(first: Floats, second: Floats) -> bool:
+    """Return whether two records of one step, of any lengths, repeat the same signal.
+
+    The signal may be of the opposite sign, and begin at different instants.
+    """
+    from scipy import signal
+
+    a, b = first - first.mean(), second - second.mean()
+    scale = min(len(a), len(b)) * float(a.std() * b.std())
+    return float(np.abs(signal.correlate(a, b, method="fft")).max()) >= SAME_SIGNAL * scale
 
 
 def viscous_transmissibility(plant: Plant, f: Floats) -> Floats:

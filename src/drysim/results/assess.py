@@ -89,11 +89,16 @@ def assess_scene(result: AssessResult) -> Iterator[tuple[str, str]]:
     yield "window", f"{format_range(min(lengths), max(lengths), 's')} at {rate}{settled}"
     yield from clean_up_lines(describe_clean_up(result.motion))
     averages = format_number(transfer.averages, digits=3)
+    repeating = [wording.sanitise(run.file) for run in result.runs if run.repeats]
+    verb = "repeats" if len(repeating) == 1 else "repeat"
+    repeated = (
+        f"; {join_words(repeating)} {verb} a base and count for none" if repeating else ""
+    )
     yield (
         "spectra",
         f"{format_count(transfer.segments, 'segment')} of "
         f"{format_number(transfer.segment, 's', 3)}, half overlapping: {averages} independent "
-        "averages",
+        f"averages{repeated}",
     )
     if result.model is not None:
         model = describe_scene(scenario, scenario.oscillator.plant(), scenario.law())
@@ -362,6 +367,8 @@ def assess_fields(result: AssessResult, provenance: Provenance) -> Fields:
 def run_fields(run: Run) -> Fields:
     """Return the metrics of a run that are known."""
     fields = {"file": wording.sanitise(run.file), "axis": run.axis, "length": run.length}
+    if run.repeats:
+        fields["repeats"] = wording.sanitise(run.repeats)
     for name, metrics in (("metrics", run.metrics), ("model", run.model)):
         if metrics is not None:
             fields[name] = {key: each for key, each in metrics.items() if each is not None}

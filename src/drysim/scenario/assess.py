@@ -51,6 +51,14 @@ class MeasuredRuns(Measurements):
     }  # fmt: skip
     path_of_block: ClassVar[str] = f"{ASSESS_KEY}.measured"
 
+    @model_validator(mode="after")
+    def _check_files(self) -> Self:
+        for i, file in enumerate(self.more_files):
+            if file in self.files[: i + 1]:
+                rule = f"names {file} again; each run has its own file"
+                raise InvalidValue(rule, "more_files", i)
+        return self
+
     @property
     def files(self) -> tuple[str, ...]:
         """Files of all runs."""

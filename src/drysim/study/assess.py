@@ -24,6 +24,7 @@ from drysim.metrics.spectra import (
     Spectra,
     TransferEstimate,
     combined_estimate,
+    is_same_signal,
     spectra,
     transfer_estimate,
 )
@@ -85,6 +86,8 @@ class Run(NamedTuple):
     model: Values | None = None
     """The same metrics of the model on the measured base; None without a model."""
     model_spectra: Spectra | None = None
+    repeats: str = ""
+    """File of an earlier run whose base is the same signal; empty if there is none."""
 
 
 class Exposure(NamedTuple):
@@ -148,7 +151,9 @@ class AssessResult(Result):
     @property
     def transfer(self) -> TransferEstimate:
         """Transmissibility from all runs along the axis of `measured`."""
-        return combined_estimate([run.transfer for run in self.runs if run.transfer])
+        runs = [(run.transfer, not run.repeats) for run in self.runs if run.transfer]
+        transfers, are_independent = zip(*runs, strict=True)
+        return combined_estimate(transfers, are_independent)
 
     @property
     def model_H1(self) -> Complexes | None:
@@ -216,7 +221,10 @@ def assess(scenario: Scenario) -> AssessResult:
     """
     prepared, other_prepared = prepare_runs(scenario)
     segment = min(segment_length(run.case) for run in prepared)
-    runs = tuple(evaluate_run(run, segment) for run in prepared)
+    runs = tuple(
+        evaluate_run(run, segment)._replace(repeats=earlier_run(run, prepared[:i]))
+        for i, run in enumerate(prepared)
+    )
     others = tuple(evaluate_run(run, segment) for run in other_prepared)
     all_prepared, all_runs = [*prepared, *other_prepared], [*runs, *others]
     exposures = daily_exposures(scenario, all_runs)
@@ -437,6 +445,20 @@ def window_warning(
         f"{format_number(length, 's')} of the base; the rest is not used"
     )
     return WarningMessage("measurement-cut", sentence, {"used": used, "window": length})
+
+
+def earlier_run(prepared: PreparedRun, before: Sequence[PreparedRun]) -> str:
+    """Return the file of the first run before whose base is the same signal; empty if none.
+
+    A simulator repeats its signal, and the mass what friction makes of it: such a run tells no
+    more of the scatter, however often it is repeated.
+    """
+    for run in before:
+        if prepared.u_dd is None or run.u_dd is None:
+            continue
+        if is_same_signal(prepared.u_dd[prepared.part], run.u_dd[run.part]):
+            return run.file
+    return ""
 
 
 def check_steps(measured: MeasuredRuns, base: Record, measurement: Measurement) -> None:
