@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -459,7 +460,7 @@ FAULTS = {
     "swapped": (lambda r: {**r, "seat": r["floor"], "floor": r["seat"]}, "swapped"),
     "in g": (lambda r: {**r, "seat": r["seat"] / 9.81}, "9.81 times too small"),
     "not in g": (lambda r: {**r, "seat": r["seat"] * 9.81}, "9.81 times too large"),
-    "lag": (lambda r: {**r, "seat": np.roll(r["seat"], 16)}, "lag by 0.0"),
+    "lag": (lambda r: {**r, "seat": np.roll(r["seat"], 16)}, "lag by about 0.0"),
     "stroke": (lambda r: {**r, "stroke": -r["stroke"]}, "the sign of x_r"),
     "millimetres": (lambda r: {**r, "stroke": 1e3 * r["stroke"]}, "x_r seem to be 1000 t"),
 }
@@ -471,6 +472,27 @@ def test_faults_of_channels_are_named(tmp_path, base, fault):
     spoil, words = FAULTS[fault]
     record = spoil(seat_record(base, noise=0.02))
     assert words in warnings_of(assess(tmp_path, run=record), "channels-suspect")[0]
+
+
+@pytest.mark.parametrize("lag", [10, 40, 400, -600])
+@pytest.mark.parametrize("base", ["EM2", "EM6", "EM8"])
+def test_lag_is_told_to_a_few_samples(tmp_path, base, lag):
+    record, n = seat_record(base, noise=0.02), 4001 - abs(lag)
+    late, early = max(lag, 0), max(-lag, 0)
+    shifted = {"floor": record["floor"][late:], "seat": record["seat"][early:]}
+    result = assess(tmp_path, run={name: values[:n] for name, values in shifted.items()})
+    sentence = warnings_of(result, "channels-suspect")[0]
+    told = re.search(r"lag by about (\S+) s: add it to `measured.delay`", sentence)
+    assert float(told[1]) == pytest.approx(lag / RATE, abs=0.02)
+
+
+@pytest.mark.parametrize("base", ["EM1", "EM5", "EM6", "AG2"])
+def test_records_of_different_runs_are_named(tmp_path, base):
+    other = seat_record(base, seed=2)["seat"]
+    result = assess(tmp_path, run={"floor": seat_record(base)["floor"], "seat": other})
+    sentence = warnings_of(result, "channels-suspect")[0]
+    assert sentence.startswith("base and mass seem to be unrelated: check files, columns")
+    assert result.exit_code(strict=True) == 1
 
 
 @pytest.mark.parametrize("friction", [0.0, 30.0, 90.0, 200.0])

@@ -607,7 +607,10 @@ def run_warnings(prepared: PreparedRun, run: Run, is_named: bool) -> Iterator[Wa
     if run.transfer is not None:
         warnings += spectra_warnings(prepared.case, run.transfer)
         stroke = prepared.transfer_to("x_r", run.transfer.segment)
-        if fault := fault_warning(run.transfer, stroke, prepared.measurement.dt):
+        assert prepared.u_dd is not None, "a transmissibility has a base"
+        x_dd, dt = prepared.measurement.channels["x_dd"], prepared.measurement.dt
+        u_dd, x_dd = (series[prepared.part] for series in (prepared.u_dd, x_dd))
+        if fault := fault_warning(u_dd, x_dd, dt, run.transfer, stroke):
             warnings.append(fault)
     for warning in warnings:
         yield replace(warning, sentence=f"{where}{warning.sentence}")

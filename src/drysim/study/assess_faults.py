@@ -3,7 +3,8 @@
 A mass on a spring and a damper has the transmissibility (ω_0² + 2jζω_0ω)/(ω_0² + 2jζω_0ω - ω²),
 whatever ω_0 and ζ are. If the measured one comes much closer to such a curve once the
 sign, the unit, the order or the lag of the channels is changed, that is most likely wrong. The
-stroke is compared with the accelerations, of which it is the double integral.
+stroke is compared with the accelerations, of which it is the double integral. Records of
+different runs, or of clocks far apart, have next to no coherence.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from drysim.core.model import Floats
 from drysim.errors import WarningMessage
 from drysim.metrics.comfort import Complexes
-from drysim.metrics.spectra import TransferEstimate, excited_lines
+from drysim.metrics.spectra import TransferEstimate, excited_lines, transfer_estimate
 from drysim.study.fit_warnings import (
     LAG_FAULT,
     MUCH_BETTER,
@@ -34,8 +35,18 @@ it 0.3."""
 ITERATIONS = 10
 """Number of linear fits of an oscillator; each takes its weights from the one before."""
 
-LONGEST_LAG = 20
-"""Longest lag of the response that is tried, in samples."""
+MOST_COHERENT = 0.3
+"""Mean coherence from which base and mass are related, however few the averages [-]. With
+friction a seat has 0.7 or more."""
+
+CLEAR_PEAK = 4.5
+"""Peak of the cross-correlation over its RMS from which it shows a lag [-]. Unrelated records
+reach 3.2; those of a seat on a narrow band, 20 s long, have at least 5.4."""
+
+LAG_RANGE, LAG_STEPS = 0.4, 20
+"""Lags to either side of the peak of the cross-correlation that are tried, in mean periods of
+the base, and steps to them. The peak includes the phase of the mount; a whole period off, the
+next such peak follows."""
 
 LEAST_PHASE = 0.6
 """Phase of a lag at the mean frequency of the base up to which friction may cause it [rad]: of
@@ -47,26 +58,44 @@ for that factor [-]. It may be wide, since the factors are at least 10 apart."""
 
 
 def fault_warning(
-    transfer: TransferEstimate, stroke: TransferEstimate | None, dt: float
+    u_dd: Floats,
+    x_dd: Floats,
+    dt: float,
+    transfer: TransferEstimate,
+    stroke: TransferEstimate | None,
 ) -> WarningMessage | None:
     """Return the warning about the most likely fault of the channels; None if there is none.
 
     Parameters
     ----------
+    u_dd, x_dd : ndarray, shape (n,)
+        Samples of base and mass [m/s²].
+    dt : float
+        Step of the samples [s].
     transfer : TransferEstimate
         From the base to the mass.
     stroke : TransferEstimate or None
         From the base to the stroke x_r, at the same lines; None without a stroke.
-    dt : float
-        Step of the channels [s].
     """
     f, H, excited = transfer.f, transfer.H1, excited_lines(transfer.G_u)
     if excited.sum() < 3:
         return None
+    if (coherence := mean_coherence(transfer)) < chance_coherence(transfer):
+        numbers = {"coherence": coherence}
+        shift = coarse_lag(u_dd, x_dd, transfer, dt)
+        if not shift:
+            sentence = (
+                "base and mass seem to be unrelated: check files, columns and time axes; their "
+                f"coherence is {format_number(coherence, digits=2)}, as by chance"
+            )
+            return WarningMessage("channels-suspect", sentence, numbers)
+        cause = describe_lag(lagged_transfer(u_dd, x_dd, dt, transfer, shift)[0])
+        sentence = f"{cause}; without it base and mass seem to be unrelated"
+        return WarningMessage("channels-suspect", sentence, numbers)
     error = oscillator_error(f, H, np.where(excited, transfer.G_u, 0.0))
     best, cause, numbers = error, "", {"difference": error}
     if error > WRONG_MODEL:
-        for fault, other, weight in possible_faults(transfer, dt):
+        for fault, other, weight in possible_faults(u_dd, x_dd, dt, transfer):
             if (other_error := oscillator_error(f, other, weight)) < best:
                 best, cause = other_error, fault
     if best < MUCH_BETTER * min(error, 1.0) and cause:
@@ -77,13 +106,34 @@ def fault_warning(
     return None
 
 
+def mean_coherence(transfer: TransferEstimate) -> float:
+    """Return the mean coherence of the excited lines [-].
+
+    It is weighted by the PSD of the base or by that of the mass, whichever gives more: a mount
+    may isolate the strongest line.
+    """
+    lines = excited_lines(transfer.G_u)
+    power = [each[lines] for each in (transfer.G_u, transfer.G_x)]
+    return max(float(np.average(transfer.coherence[lines], weights=each)) for each in power)
+
+
+def chance_coherence(transfer: TransferEstimate) -> float:
+    """Return the coherence that unrelated records exceed at 1 % of the lines [-], at most 0.3.
+
+    With n independent averages it is 1 - 0.01^(1/(n - 1)) (Bendat and Piersol 2010); their mean
+    is 1/n.
+    """
+    freedom = transfer.averages - 1.0
+    return min(1.0 - 0.01 ** (1.0 / freedom), MOST_COHERENT) if freedom > 0.0 else 0.0
+
+
 def possible_faults(
-    transfer: TransferEstimate, dt: float
+    u_dd: Floats, x_dd: Floats, dt: float, transfer: TransferEstimate
 ) -> Iterator[tuple[str, Complexes, Floats]]:
     """Yield usual faults, each with the transmissibility without it and the weights of lines.
 
     The transmissibility [-] and the weights, which are the PSD of the base where it moves
-    [(m/s²)²/Hz], have shape (n,). `dt` is the step of the channels [s].
+    [(m/s²)²/Hz], have shape (n,). The parameters are those of `fault_warning`.
     """
     weight = np.where(excited_lines(transfer.G_u), transfer.G_u, 0.0)
     yield SIGN_FAULT.format(name="x_dd"), -transfer.H1, weight
@@ -91,22 +141,65 @@ def possible_faults(
     yield SWAP_FAULT, 1.0 / transfer.H2, of_mass
     for factor, fault in WRONG_UNITS["x_dd"].items():
         yield UNIT_FAULT.format(name="x_dd", size=fault), factor * transfer.H1, weight
-    lag = closest_lag(transfer, weight, dt)
-    if abs(2.0 * np.pi * lag * float(np.average(transfer.f, weights=weight))) > LEAST_PHASE:
-        sentence = LAG_FAULT.format(lag=format_number(lag, "s", 3), remedy="state")
-        yield sentence, without_lag(transfer, lag), weight
+    shift = coarse_lag(u_dd, x_dd, transfer, dt)
+    lag, H, of_base = lagged_transfer(u_dd, x_dd, dt, transfer, shift)
+    if abs(2.0 * np.pi * lag * mean_frequency(transfer)) > LEAST_PHASE:
+        yield describe_lag(lag), H, of_base
+
+
+def describe_lag(lag: float) -> str:
+    """Return a lag of the response [s] in words.
+
+    It is not precise: friction changes the phase of a mount as a lag does.
+    """
+    return LAG_FAULT.format(lag=f"about {format_number(lag, 's', 2)}", remedy="add it to")
+
+
+def mean_frequency(transfer: TransferEstimate) -> float:
+    """Return the mean frequency of the base at its excited lines [Hz]."""
+    lines = excited_lines(transfer.G_u)
+    return float(np.average(transfer.f[lines], weights=transfer.G_u[lines]))
+
+
+def coarse_lag(u_dd: Floats, x_dd: Floats, transfer: TransferEstimate, dt: float) -> int:
+    """Return the lag of the peak of the cross-correlation, in samples; 0 if none is clear.
+
+    It is at most half the record, and leaves two segments.
+    """
+    n = len(u_dd)
+    limit = min(n // 2, n - 2 * round(transfer.segment / dt))
+    U, X = (np.fft.rfft(series - series.mean()) for series in (u_dd, x_dd))
+    correlation = np.abs(np.fft.irfft(np.conj(U) * X, n))
+    lags = (np.arange(n) + n // 2) % n - n // 2
+    within = np.where(np.abs(lags) <= limit, correlation, 0.0)
+    peak = int(np.argmax(within))
+    is_clear = within[peak] > CLEAR_PEAK * np.sqrt(np.mean(np.square(correlation)))
+    return int(lags[peak]) if is_clear else 0
+
+
+def lagged_transfer(
+    u_dd: Floats, x_dd: Floats, dt: float, transfer: TransferEstimate, shift: int
+) -> tuple[float, Complexes, Floats]:
+    """Return the lag [s] near a shift [samples] without which an oscillator is closest.
+
+    And the transmissibility H1 [-] without it and the weights of its lines, of shape (n,).
+    """
+    n, late, early = len(u_dd), max(shift, 0), max(-shift, 0)
+    u_dd, x_dd = u_dd[early : n - late], x_dd[late : n - early]
+    shifted = transfer_estimate(u_dd, x_dd, dt, transfer.segment)
+    weight = np.where(excited_lines(shifted.G_u), shifted.G_u, 0.0)
+    lag, step = 0.0, LAG_RANGE / mean_frequency(shifted) / LAG_STEPS
+    for width in (step, step / LAG_STEPS):
+        lags = lag + width * np.arange(-LAG_STEPS, LAG_STEPS + 1)
+        without = [without_lag(shifted, each) for each in lags]
+        errors = [oscillator_error(shifted.f, H1, weight) for H1 in without]
+        lag = float(lags[int(np.argmin(errors))])
+    return shift * dt + lag, without_lag(shifted, lag), weight
 
 
 def without_lag(transfer: TransferEstimate, lag: float) -> Complexes:
     """Return the transmissibility H1 [-], shape (n,), of a response earlier by a lag [s]."""
     return np.asarray(transfer.H1 * np.exp(2j * np.pi * transfer.f * lag), dtype=np.complex128)
-
-
-def closest_lag(transfer: TransferEstimate, weight: Floats, dt: float) -> float:
-    """Return the lag [s] without which the transmissibility is closest to an oscillator's."""
-    lags = dt * np.arange(-LONGEST_LAG, LONGEST_LAG + 1)
-    errors = [oscillator_error(transfer.f, without_lag(transfer, lag), weight) for lag in lags]
-    return float(lags[int(np.argmin(errors))])
 
 
 def oscillator_error(f: Floats, H: Complexes, weight: Floats) -> float:
