@@ -31,6 +31,25 @@ def test_new_scenario_is_valid_and_runs(drysim, tmp_path):
     assert "mine.yaml already exists" in again.err
 
 
+@pytest.mark.parametrize("way", ["--new", "--from=r.csv"])
+def test_new_scenario_keeps_either_suffix_and_is_quoted_in_what_is_next(drysim, place, way):
+    (place / "r.csv").write_text("t [s],u_dd [m/s2]\n0,0.1\n0.1,-0.2\n0.2,0.1\n")
+    assert drysim("init", way, "foo.yml").out == "foo.yml\n"
+    answer = drysim("init", way, "sub folder/a b")
+    assert answer.out == "sub folder/a b.yaml\n"
+    assert "drysim validate 'sub folder/a b.yaml'" in answer.err
+    assert sorted(path.name for path in place.iterdir()) == ["foo.yml", "r.csv", "sub folder"]
+
+
+@pytest.mark.parametrize("way", ["--new", "--from=r.csv"])
+@pytest.mark.parametrize("name", [".", "..", "bar/", "bar/..", ".yaml", ".yml", "bar/.yaml"])
+def test_new_scenario_needs_a_name(drysim, place, name, way):
+    answer = drysim("init", way, name)
+    assert (answer.code, answer.out) == (2, "")
+    assert f"`{name}` is not the name of a file" in answer.err
+    assert not list(place.iterdir())
+
+
 def test_new_scenario_has_every_key_of_its_blocks():
     text = skeleton()
     assert all(len(line) <= 100 for line in text.splitlines())

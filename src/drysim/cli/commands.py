@@ -48,8 +48,6 @@ DEFAULT_SCENARIO = "paper-low-friction"
 LOCAL_SCENARIO = "scenario.yaml"
 """Scenario of `drysim compare` when none is named."""
 
-SCENARIO_SUFFIXES = (".yaml", ".yml")
-
 SCENARIO_PATTERN = re.compile(rb"^oscillator\s*:", re.M)
 """Key that every scenario has, in the bytes of a file."""
 
@@ -111,13 +109,15 @@ def write_new_scenario(name: str) -> int:
     """Write a commented scenario to fill in."""
     from drysim.console import terminal
     from drysim.manual.skeleton import write_skeleton
-    from drysim.study.gallery import SUFFIX
+    from drysim.study.gallery import new_file
 
-    file = Path(name.removesuffix(SUFFIX) + SUFFIX)
+    file = new_file(name)
     write_skeleton(file)
     with tolerate_closed_pipe(Path()):
         terminal.print_stdout(str(file))
-    terminal.print_stderr(f"next: change its values; drysim validate {file}; drysim run {file}")
+    quoted = shlex.quote(str(file))
+    steps = f"drysim validate {quoted}; drysim run {quoted}"
+    terminal.print_stderr(f"next: change its values; {steps}")
     return EXIT_OK
 
 
@@ -136,7 +136,8 @@ def draft(record: str, name: str) -> int:
         "check": [each.key for each in proposals if each.value and not each.is_certain],
     }
     steps = [f"{verb} {', '.join(keys)}" for verb, keys in left.items() if keys]
-    steps += ["replace the example oscillator and friction", f"drysim validate {file}"]
+    check = f"drysim validate {shlex.quote(str(file))}"
+    steps += ["replace the example oscillator and friction", check]
     terminal.print_stderr(f"next: {'; '.join(steps)}")
     return EXIT_OK
 
@@ -668,9 +669,10 @@ def split_compared(arguments: list[str], option: str | None) -> tuple[list[str],
         If the scenario is named twice.
     """
     from drysim.study.compare import KNOWN_NAMES
+    from drysim.study.gallery import SUFFIXES
 
     *others, last = arguments
-    is_file = Path(last).suffix in SCENARIO_SUFFIXES or Path(last).is_file()
+    is_file = Path(last).suffix in SUFFIXES or Path(last).is_file()
     if last in KNOWN_NAMES or not is_file:
         return arguments, option
     if option is not None:
@@ -699,11 +701,12 @@ def default_scenario(names: Sequence[str], mode: OutputMode) -> str:
 
 def local_scenarios() -> list[Path]:
     """Return the YAML files of this folder that look like scenarios, also faulty ones."""
+    from drysim.study.gallery import SUFFIXES
     from drysim.yaml_document import UnreadableError, read_bytes
 
     scenarios = []
     for file in sorted(Path().iterdir()):
-        if file.suffix in SCENARIO_SUFFIXES:
+        if file.suffix in SUFFIXES:
             with suppress(UnreadableError):
                 if SCENARIO_PATTERN.search(read_bytes(file)):
                     scenarios.append(file)

@@ -9,7 +9,7 @@ from textwrap import indent, wrap
 
 from drysim.errors import UsageError
 from drysim.records.inspection import ColumnSummary, Inspection, Proposal, inspect_record
-from drysim.study.gallery import SUFFIX, refuse_existing, write_new
+from drysim.study.gallery import SUFFIX, new_file, refuse_existing, write_new
 from drysim.system import relative_path
 from drysim.wording import format_number, sanitise
 from drysim.yaml_document import dump
@@ -55,7 +55,7 @@ def write_draft(record: Path, name: str = "") -> tuple[Path, Inspection]:
     ----------
     record : Path
     name : str, optional
-        Name of the scenario; default: that of the record.
+        Name of the scenario, as of `gallery.new_file`; default: that of the record.
 
     Returns
     -------
@@ -69,11 +69,12 @@ def write_draft(record: Path, name: str = "") -> tuple[Path, Inspection]:
         If the record cannot be read.
     OutputError
         If the scenario exists, or cannot be written.
+    UsageError
+        If the name cannot be that of a scenario.
     """
-    name = name.removesuffix(SUFFIX) or record.stem
-    if not name.isprintable():
+    if not (name or record.stem).isprintable():
         raise UsageError("the name of the record cannot be that of a scenario", "add a NAME")
-    file = Path(name + SUFFIX)
+    file = new_file(name) if name else Path(record.stem + SUFFIX)
     refuse_existing(file)
     inspection = inspect_record(record)
     write_new(file, _draft(file, record, inspection).encode())

@@ -16,9 +16,13 @@ from drysim.scenario.assess import ASSESS_KEY
 from drysim.scenario.axes import SWEEP_KEY
 from drysim.scenario.design import DESIGN_KEY
 from drysim.scenario.fit import FIT_KEY
+from drysim.wording import sanitise
 from drysim.yaml_document import read_document
 
 SUFFIX = ".yaml"
+
+SUFFIXES = (SUFFIX, ".yml")
+"""Suffixes of scenario files; those that drysim writes have the first by default."""
 
 SCHEMA_FILE = "scenario.schema.json"
 """JSON schema of scenario files, beside them for editors."""
@@ -154,6 +158,22 @@ def is_copied(record: Path, copied: Path) -> bool:
         return True
     refuse_existing(copied)
     return False
+
+
+def new_file(name: str) -> Path:
+    """Return the file of a new scenario: the name, with a suffix unless it has one.
+
+    Raises
+    ------
+    UsageError
+        If nothing is left of the name but folders and a suffix.
+    """
+    suffix = next((each for each in SUFFIXES if name.endswith(each)), "")
+    stem = name.removesuffix(suffix)
+    if os.path.basename(stem) in ("", os.curdir, os.pardir):
+        sentence = f"`{sanitise(name)}` is not the name of a file"
+        raise UsageError(sentence, f"give a name such as `seat` or `seat{SUFFIX}`")
+    return Path(stem + (suffix or SUFFIX))
 
 
 def refuse_existing(file: Path) -> None:
