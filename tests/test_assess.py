@@ -439,7 +439,7 @@ def test_runs_that_repeat_the_base_narrow_no_band(tmp_path, lag):
         assert np.median(widths[0][strong] / widths[1][strong]) == pytest.approx(1.0, abs=0.2)
     assert [Path(run.repeats).name for run in result.runs] == ["", "run-0.csv", "run-0.csv"]
     scene = dict(ASSESS.summary(result).scene)
-    assert "run-1.csv and run-2.csv repeat a base and count for none" in scene["spectra"]
+    assert "run-2.csv repeat a base and add none" in scene["spectra"]
     fields = json.loads((result.save(tmp_path / "out") / "drysim.json").read_text())
     assert fields["assess"]["runs"][2]["repeats"] == "run-0.csv"
 
@@ -583,8 +583,8 @@ def test_block_without_an_assess_block_is_required_as_before(tmp_path):
             "each file has its own base",
         ),
         (
-            {"assess.measured.more_files": ["b.csv", "c.csv", "b.csv"]},
-            "assess.measured.more_files.2 names b.csv again",
+            {"assess.measured.more_files": ["b.csv", "c.csv", "./b.csv"]},
+            "names ./b.csv again; each run has its own file",
         ),
         ({"assess.measured.x_dd": "sofa"}, "no column"),
         ({"assess.axes": {"z": {"x_dd": "seat"}}}, "assess.axes.z is the axis of `measured`"),

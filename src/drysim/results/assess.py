@@ -90,10 +90,8 @@ def assess_scene(result: AssessResult) -> Iterator[tuple[str, str]]:
     yield from clean_up_lines(describe_clean_up(result.motion))
     averages = format_number(transfer.averages, digits=3)
     repeating = [wording.sanitise(run.file) for run in result.runs if run.repeats]
-    verb = "repeats" if len(repeating) == 1 else "repeat"
-    repeated = (
-        f"; {join_words(repeating)} {verb} a base and count for none" if repeating else ""
-    )
+    verbs = "repeats a base and adds" if len(repeating) == 1 else "repeat a base and add"
+    repeated = f"; {join_words(repeating)} {verbs} none" if repeating else ""
     yield (
         "spectra",
         f"{format_count(transfer.segments, 'segment')} of "

@@ -6,6 +6,7 @@ be a channel of the measurement, the excitation, so that the scenario can be val
 """
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
@@ -53,8 +54,9 @@ class MeasuredRuns(Measurements):
 
     @model_validator(mode="after")
     def _check_files(self) -> Self:
+        paths = [Path(file) for file in self.files]
         for i, file in enumerate(self.more_files):
-            if file in self.files[: i + 1]:
+            if paths[i + 1] in paths[: i + 1]:
                 rule = f"names {file} again; each run has its own file"
                 raise InvalidValue(rule, "more_files", i)
         return self
