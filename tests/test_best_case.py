@@ -191,6 +191,7 @@ def test_best_case_at_the_end_of_its_range_says_so(tmp_path, frequency, values, 
         ("friction.static_ratio", [1, 1.2, 1.4], False),
         ("friction.static_ratio", [1.1, 1.2, 1.4], True),
         ("friction.kinetic", [0, 10, 20], False),
+        ("stroke.offset", [0, 0.01, 0.02], True),
     ],
 )
 def test_end_of_a_range_that_is_a_bound_of_the_key_is_not_said(tmp_path, key, values, said):

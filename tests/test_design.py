@@ -789,6 +789,23 @@ def test_hourly_stroke_and_damping_name_the_mass_and_bounds_are_binding(tmp_path
     assert rows[-1].remark == "upper end of its range; a better design may lie beyond"
 
 
+@pytest.mark.parametrize(
+    ("key", "most", "metric", "is_said"),
+    [("stroke.offset", 0.02, "stroke_used", True), ("friction.kinetic", 40, "T_a", False)],
+)
+def test_zero_binds_a_design_only_if_its_key_can_be_negative(
+    tmp_path, key, most, metric, is_said
+):
+    scene = SINE.replace("2 Hz", "4 Hz") + "friction: {kinetic: 10}\n"
+    scene += "stroke: {limit: 90 mm, offset: 0}\n"
+    ends = f"{{from: 0, to: {most}}}"
+    design = f"vary: {{{key}: {ends}}}\n  minimise: {metric}\n  evaluations: 12"
+    found = drysim.design(loaded(tmp_path, scene, design))
+    assert found.best.values[key] == 0.0
+    said = "lower end of its range"
+    assert any(said in row.remark for row in best_rows(found)) == is_said
+
+
 def test_closest_design_at_its_bound_is_said_to_be_there(tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
     loaded(tmp_path, SINE, f"vary: {{{WIDE}}}\n  minimise: T_a\n  within: [x_r_peak < 1 mm]")

@@ -34,7 +34,6 @@ from drysim.results.tables import (
     requested_metrics,
     write_cases,
 )
-from drysim.scenario.axes import is_physical_bound
 from drysim.scenario.design import WORST
 from drysim.scenario.text import (
     ALL_SHARED,
@@ -272,7 +271,7 @@ def bound_rows(result: DesignResult) -> Iterator[Row]:
     for vary in result.design.vary:
         if side := bounds.get(vary.key):
             end = vary.low if side == "lower" else vary.high
-            if is_physical_bound(vary.key, end):
+            if end in vary.bounds:
                 continue
             value = format_number(end, format_unit(vary.unit))
             bound = f"{short_key(vary.key, keys)} {'>=' if side == 'lower' else '<='} {value}"

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from decimal import Context, Decimal
 from fractions import Fraction
 from functools import cached_property
-from math import lcm, log, prod
+from math import inf, lcm, log, prod
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -78,6 +78,8 @@ class KeyRange(NamedTuple):
     """Ends of the range in SI."""
     is_log: bool = False
     """Whether equal shares of the range have equal ratios."""
+    bounds: tuple[float, float] = (-inf, inf)
+    """Least and greatest value that the key accepts, in SI."""
 
     def value(self, share: Floats | float) -> Floats:
         """Return the value at a share of the range, from 0 to 1; below and above it, too."""
@@ -101,15 +103,6 @@ class KeyRange(NamedTuple):
         return {"from": self.low, "to": self.high, "scale": scale}
 
 
-PHYSICAL_BOUNDS = {"friction.static_ratio": 1.0, "stroke.stops.restitution": 1.0}
-"""Ends of keys, besides 0, beyond which they have no value."""
-
-
-def is_physical_bound(key: str, value: float) -> bool:
-    """Whether a key has no value on the other side of this one."""
-    return value in (0.0, PHYSICAL_BOUNDS.get(key))
-
-
 @dataclass(frozen=True)
 class Axis:
     """A swept key and its values."""
@@ -128,14 +121,18 @@ class Axis:
     """Text for the values where their range is not enough, as for distributions."""
     location: KeyPath = field(default=(), compare=False, repr=False)
     """Keys where the file defines the values, if not at `sweep.<key>`."""
+    bounds: tuple[float, float] = field(default=(-inf, inf), compare=False, repr=False)
+    """Least and greatest value that the key accepts, in SI."""
 
     @property
     def range(self) -> KeyRange:
         """Range of its values, which are numbers; a list has a linear one."""
         if isinstance(self.entry, Mapping):
+            ends = self.values[0], self.values[-1]
             is_log = self.entry.get("scale") == "log"
-            return KeyRange(self.key, self.unit, self.values[0], self.values[-1], is_log)
-        return KeyRange(self.key, self.unit, min(self.values), max(self.values))
+            return KeyRange(self.key, self.unit, *ends, is_log, self.bounds)
+        ends = min(self.values), max(self.values)
+        return KeyRange(self.key, self.unit, *ends, bounds=self.bounds)
 
     def take(self, numbers: NDArray[np.int64]) -> NDArray[Any]:
         """Return values by index."""

@@ -7,6 +7,7 @@ each numeric key has a unit (`numeric_keys`). A sweep may vary numeric keys only
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from math import inf
 from types import UnionType
 from typing import Annotated, Any, NamedTuple, TypeVar, Union, get_args, get_origin
 
@@ -85,6 +86,11 @@ class NumericKey(NamedTuple):
     def header(self) -> str:
         """Unit of the value as in table headers."""
         return self.unit.translate(_ASCII_UNITS) or "-"
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the greatest accepted value; infinite where there is no bound."""
+        return self.quantity.ends if self.quantity else (-inf, inf)
 
     def read(self, value: object) -> float:
         """Return the number for a value; the ValueError message has no subject."""

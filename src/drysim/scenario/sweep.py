@@ -428,7 +428,7 @@ def _read_vary(
             if (ends := read_ends(reading, (*path, key), n, values)) is not None:
                 scale = values.get("scale", "linear")
                 check_scale(scale, ends[0])
-                ranges.append(KeyRange(key, n.header, *ends, scale == "log"))
+                ranges.append(KeyRange(key, n.header, *ends, scale == "log", n.bounds))
     return tuple(ranges)
 
 

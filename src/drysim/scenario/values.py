@@ -56,7 +56,7 @@ def read_values(
             raise ValueError(f"must be {form}; not {format_value(value)}")
     if len(reading.problems) > noted or entry is None:
         return None
-    return Axis(key, numeral.header, values, entry)
+    return Axis(key, numeral.header, values, entry, bounds=numeral.bounds)
 
 
 def _read_list(

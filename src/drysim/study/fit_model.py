@@ -725,10 +725,8 @@ def model_of_law(
             continue
         number = numeric[key]
         assert number is not None, "free keys are numeric"
-        ends = number.quantity.ends if number.quantity else (-np.inf, np.inf)
+        ends = number.bounds
         low = ends[0] if free_key.low is None else max(free_key.low, ends[0])
-        if key == "friction.static_ratio":
-            low = max(low, 1.0)
         high = ends[1] if free_key.high is None else min(free_key.high, ends[1])
         above = STATIC_KEYS.get(key, "")
         if above and above not in free:  # at most the static limit of the file

@@ -36,7 +36,6 @@ from drysim.scenario.axes import (
     Axis,
     chain_length,
     count_points,
-    is_physical_bound,
 )
 from drysim.scenario.model import LIMIT_KEYS, STATIC_RATIO, Scenario
 from drysim.scenario.text import describe_case
@@ -436,7 +435,7 @@ class BestCase(NamedTuple):
             ends = axis.range
             if value is None or value not in (ends.low, ends.high):
                 continue
-            if is_physical_bound(axis.key, value):
+            if value in axis.bounds:
                 continue
             side = "lower" if value == min(ends.low, ends.high) else "upper"
             where = describe_case({axis.key: value}, axes)
