@@ -496,7 +496,7 @@ def test_records_of_different_runs_are_named(tmp_path, base):
 
 
 @pytest.mark.parametrize("friction", [0.0, 30.0, 90.0, 200.0])
-@pytest.mark.parametrize("base", ["EM1", "EM6", "EM8"])
+@pytest.mark.parametrize("base", ["EM1", "EM6", "EM8", "AG2"])
 def test_no_fault_is_named_of_good_channels(tmp_path, base, friction):
     record = seat_record(base, friction, noise=0.02)
     assert not warnings_of(assess(tmp_path, run=record), "channels-suspect")
