@@ -617,7 +617,7 @@ class Study:
         ]
 
     def variants(self, shown: Candidate) -> Iterator[Variant]:
-        """Yield the design of the file, and variants of the shown one."""
+        """Yield the design of the file, if it has all values, and variants of the shown one."""
         scenario = self.case.scenario
         file_values, conditions = known_values(scenario), {axis.key for axis in scenario.sweep}
         given = {
@@ -635,13 +635,14 @@ class Study:
         }
         if groups[STIFFNESS] and best.get(DAMPING_RATIO_KEY):
             groups[STIFFNESS].append(DAMPING_RATIO_KEY)
-        points = {"as given": given}
+        points = {"as given": given} if shown.values.keys() <= given.keys() else {}
         for name, keys in groups.items():
             for change in (CHANGE, -CHANGE) if keys else ():
                 factors = {key: (1.0 + change) ** POWERS.get(key, 1.0) for key in keys}
                 scaled = {key: value * factors.get(key, 1.0) for key, value in best.items()}
                 points[f"{name} {format_deviation(change)}"] = scaled
-        units = {key: file_values[key].unit for key in best}
+        units = {key: entry.unit for key, entry in file_values.items() if key in best}
+        units |= {axis.key: axis.unit for axis in self.design.vary}
         for (name, point), rows in zip(
             points.items(), self.rows(scenario, units, [*points.values()]), strict=True
         ):
