@@ -529,6 +529,33 @@ def test_base_that_is_longer_than_the_mass_is_said(tmp_path):
     assert not warnings_of(assess(tmp_path, stated, run=shorter), "measurement-cut")
 
 
+def test_record_of_too_few_samples_is_an_error(tmp_path):
+    short = {name: values[:12] for name, values in seat_record().items()}
+    with pytest.raises(
+        drysim.RecordError, match="it has 12 samples, too few: at least 50 are needed"
+    ):
+        assess(tmp_path, {"measure": None}, run=short)
+
+
+def test_interpolation_of_the_base_concerns_only_the_model(tmp_path):
+    random = np.random.default_rng(1)
+    record = {**seat_record(), "floor": random.normal(size=len(seat_record()["floor"]))}
+    assert not warnings_of(assess(tmp_path, run=record), "record-interpolated")
+    changes = {"oscillator": {"mass": 75, "stiffness": 4500, "damping": 400}}
+    result = assess(tmp_path, changes, run=record, other=seat_record())
+    (sentence,) = warnings_of(result, "record-interpolated")
+    assert sentence.count("run.csv") == 1
+    assert "run.csv along z: linear interpolation" in sentence
+
+
+def test_checks_of_seeds_warn(tmp_path):
+    checks = ["SEAT p95 < 2", "a_w < 9 with every seed", "SEAT < 2"]
+    result = assess(tmp_path, {"checks": checks}, run=seat_record())
+    sentences = warnings_of(result, "check-of-one-seed")
+    assert [sentence.split("`")[1] for sentence in sentences] == checks[:2]
+    assert all(check.passed for check in result.checks)
+
+
 def test_gravity_and_clipping_are_seen(tmp_path):
     record = seat_record()
     with pytest.raises(
@@ -587,6 +614,9 @@ def test_block_without_an_assess_block_is_required_as_before(tmp_path):
             "names ./b.csv again; each run has its own file",
         ),
         ({"assess.measured.x_dd": "sofa"}, "no column"),
+        ({"assess.measured.x_dd": "floor"}, "is the column `floor`, and so is x_dd"),
+        ({"assess.measured.x_r": {"column": "floor", "unit": "m"}}, "and so is x_r"),
+        ({"assess.axes": {"x": {"u_dd": "seat", "x_dd": "seat"}}}, "and so is x_dd"),
         ({"assess.axes": {"z": {"x_dd": "seat"}}}, "assess.axes.z is the axis of `measured`"),
         ({"assess.axes": {"w": {"x_dd": "seat"}}}, "unknown key `w` in assess.axes"),
         (

@@ -61,6 +61,18 @@ class MeasuredRuns(Measurements):
                 raise InvalidValue(rule, "more_files", i)
         return self
 
+    def check_channel(self, name: str) -> None:
+        """Raise InvalidValue for a channel that is no record, or that is the base."""
+        super().check_channel(name)
+        base, channel = self.u_dd, getattr(self, name)
+        if name == "u_dd" or base is None:
+            return
+        for key in ("column", "channel"):
+            place = getattr(base, key)
+            if place is not None and place == getattr(channel, key):
+                rule = f"is the {key} `{place}`, and so is {name}: each needs its own"
+                raise InvalidValue(rule, "u_dd")
+
     @property
     def files(self) -> tuple[str, ...]:
         """Files of all runs."""

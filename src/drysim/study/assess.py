@@ -18,7 +18,7 @@ from drysim.core.compile import choose_engine
 from drysim.core.model import Floats, Input, Samples
 from drysim.errors import UsageError, WarningMessage
 from drysim.excitation.recorded import Record
-from drysim.metrics.checks import Verdict
+from drysim.metrics.checks import MEAN, Verdict
 from drysim.metrics.comfort import EXPOSURE_LIMITS, STEP_TOLERANCE, Complexes
 from drysim.metrics.spectra import (
     Spectra,
@@ -64,6 +64,9 @@ from drysim.wording import format_count, format_number, format_percent, join_wor
 
 AGREEING = {True: ("SEAT", "a_w"), False: ("T_a", "a_x")}
 """Metrics in which runs must agree, with and without a weighting."""
+
+INTERPOLATED = "record-interpolated"
+"""Warning that lines between the samples of a base lose some of its RMS."""
 
 OF_THE_DAY = ("A_8", "VDV_day")
 """Metrics of which the largest of all axes counts."""
@@ -242,7 +245,7 @@ def assess(scenario: Scenario) -> AssessResult:
         for source, run in zip(all_prepared, all_runs, strict=True)
         for warning in run_warnings(source, run, len(all_runs) > 1)
     ]
-    warnings += agreement_warnings(scenario, runs)
+    warnings += [*agreement_warnings(scenario, runs), *check_warnings(scenario)]
     inputs = [record for run in all_prepared for record in run.inputs]
     return AssessResult(
         scenario=scenario,
@@ -602,7 +605,11 @@ def band_of_coherence(transfer: TransferEstimate) -> tuple[Floats, Floats]:
 def run_warnings(prepared: PreparedRun, run: Run, is_named: bool) -> Iterator[WarningMessage]:
     """Yield the warnings about a run, with its file and axis if there are several."""
     motion, where = prepared.motion, f"{prepared.name}: " * is_named
-    warnings = [*motion.warnings, *prepared.measurement.warnings]
+    base = prepared.case.scenario.excitation
+    # The samples of an acceleration are evaluated as they are; only the model joins them.
+    joins = prepared.has_model or getattr(base, "quantity", "") != "acceleration"
+    warnings = [each for each in motion.warnings if joins or each.slug != INTERPOLATED]
+    warnings += prepared.measurement.warnings
     warnings += weighting_warnings(prepared.case.scenario, motion)
     if run.transfer is not None:
         warnings += spectra_warnings(prepared.case, run.transfer)
@@ -612,8 +619,19 @@ def run_warnings(prepared: PreparedRun, run: Run, is_named: bool) -> Iterator[Wa
         u_dd, x_dd = (series[prepared.part] for series in (prepared.u_dd, x_dd))
         if fault := fault_warning(u_dd, x_dd, dt, run.transfer, stroke):
             warnings.append(fault)
+    names = {source.file for source in prepared.inputs} | {prepared.file}
     for warning in warnings:
-        yield replace(warning, sentence=f"{where}{warning.sentence}")
+        name, _, rest = warning.sentence.partition(": ")
+        sentence = rest if where and name in names else warning.sentence
+        yield replace(warning, sentence=f"{where}{sentence}")
+
+
+def check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
+    """Warn of checks of a quantile or of every seed, since a record has no seeds."""
+    for i, check in enumerate(scenario.checks):
+        if check.judges != MEAN:
+            sentence = f"the check `{check}` judges the mean of the runs: records have no seeds"
+            yield WarningMessage("check-of-one-seed", sentence, {f"checks.{i}": check.limit})
 
 
 def agreement_warnings(scenario: Scenario, runs: Sequence[Run]) -> Iterator[WarningMessage]:

@@ -49,7 +49,7 @@ from drysim.study.starting_values import (
     relative_motion,
 )
 from drysim.study.statistics import max_seeds
-from drysim.wording import format_number
+from drysim.wording import format_count, format_number
 
 if TYPE_CHECKING:
     from drysim.excitation.recorded import Record
@@ -867,6 +867,9 @@ def read_measurement(
             f"only {count} of {n} samples lie within the base motion; the two records need the "
             "same time axis"
         )
+        if n < MIN_SAMPLES:
+            count = format_count(n, "sample")
+            sentence = f"it has {count}, too few: at least {MIN_SAMPLES} are needed"
         raise record_error(display_path, sentence)
     if last - skip < 0.98 * n:
         sentence = (
