@@ -510,6 +510,15 @@ def test_mass_that_moves_with_its_base_is_no_fault(tmp_path):
     assert not result.warnings
 
 
+def test_mass_that_stands_still_in_the_window_is_compared_with_nothing(tmp_path):
+    record = seat_record()
+    still = np.where(np.arange(4001) < 400, record["seat"], 0.0)
+    window = {"measure.settle": 4, "measure.duration": 15}
+    result = assess(tmp_path, window, run={"floor": record["floor"], "seat": still})
+    assert result.metrics["T_a"] == 0.0
+    assert not warnings_of(result, "channels-suspect")
+
+
 def test_base_without_motion_is_an_error(tmp_path):
     record = seat_record()
     with pytest.raises(drysim.RecordError, match="the base is the same in every sample"):

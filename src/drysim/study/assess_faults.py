@@ -78,7 +78,7 @@ def fault_warning(
         From the base to the stroke x_r, at the same lines; None without a stroke.
     """
     f, H, excited = transfer.f, transfer.H1, excited_lines(transfer.G_u)
-    if excited.sum() < 3:
+    if excited.sum() < 3 or not (transfer.G_x[excited] > 0.0).all():
         return None
     if (coherence := mean_coherence(transfer)) < chance_coherence(transfer):
         numbers = {"coherence": coherence}
