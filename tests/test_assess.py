@@ -16,6 +16,7 @@ import drysim
 from drysim.metrics.spectra import TransferEstimate, transfer_estimate
 from drysim.plots.assess import heading
 from drysim.results.assess import ASSESS, format_hours
+from drysim.study import gallery
 from drysim.study.assess import band_of_coherence, band_of_H1
 
 RATE = 200.0
@@ -641,6 +642,19 @@ def test_faults_of_the_block_are_said(tmp_path, changes, sentence):
         assess(tmp_path, changes, run=seat_record())
     problems = getattr(fault.value, "problems", None) or [fault.value.problem]
     assert any(sentence in problem.sentence for problem in problems)
+
+
+def test_results_name_no_absolute_path(tmp_path):
+    text = (gallery.find("assess-seat").file).read_text(encoding="utf-8")
+    record = gallery.find("assess-seat").file.with_name("fit-seat-synthetic.csv")
+    (tmp_path / "seat.yaml").write_text(
+        text.replace(record.name, str(record)), encoding="utf-8"
+    )
+    result = drysim.assess(drysim.load(tmp_path / "seat.yaml"))
+    result.save(tmp_path / "out", plots=False)
+    for name in ("drysim.json", "assess.csv", "spectra.csv"):
+        content = (tmp_path / "out" / name).read_text(encoding="utf-8")
+        assert str(record.parent) not in content
 
 
 def test_result_on_the_disk_can_be_assessed_again(tmp_path):

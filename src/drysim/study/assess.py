@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import ceil, floor
+from pathlib import Path
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -426,7 +427,7 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> PreparedRun:
     missing = {*scenario.missing_blocks, *scenario.missing_values} - {"excitation"}
     return PreparedRun(
         axis=axis or main_axis,
-        file=file,
+        file=Path(file).name if Path(file).is_absolute() else file,
         case=case,
         motion=motion,
         measurement=measurement,
