@@ -54,7 +54,7 @@ types: $(TOOLS) ## mypy, strict, for Linux, macOS and Windows
 layers: $(TOOLS) ## who may import whom
 	PYTHONPATH=src $(VENV)/bin/lint-imports --no-logo
 
-test: $(TOOLS) ## the tests, all but the slow ones; a quarter of an hour on two cores
+test: $(TOOLS) ## the tests, all but the slow ones; five minutes on two cores
 	$(RUN) pytest -m "not slow" $(SHARED)
 
 minimum: $(MINIMUM)/.ready ## the same tests on the lowest versions that drysim declares
