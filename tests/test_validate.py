@@ -8,7 +8,7 @@ import pytest
 from golden import GALLERY
 
 from drysim.manual.words import WARNING, entries
-from drysim.study.validate import BLAMED, validate
+from drysim.study.validate import KEYS_BY_WARNING, validate
 
 
 def test_scenario_to_fit_is_valid_without_values_of_its_free_keys():
@@ -105,4 +105,4 @@ def test_warning_about_a_record_stands_at_its_file():
 
 def test_every_key_to_blame_is_one_of_a_known_warning():
     slugs = {entry.word for entry in entries() if entry.kind == WARNING}
-    assert BLAMED.keys() <= slugs
+    assert KEYS_BY_WARNING.keys() <= slugs

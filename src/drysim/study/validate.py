@@ -66,7 +66,7 @@ KEY = re.compile(r"\b[a-z]\w*(?:\.\w+)+")
 LISTED = ("checks.", "design.within.")
 """Keys of entries whose text may name other keys."""
 
-BLAMED = {
+KEYS_BY_WARNING = {
     "will-not-move": "friction",
     "left-out": "solver.approach",
     "signum-chatters": "solver.approach",
@@ -99,7 +99,9 @@ def locate_warning(scenario: Scenario, warning: WarningMessage, file: str) -> Pr
         *(key for key in warning.numbers if key.startswith(LISTED)),
         *KEY.findall(warning.sentence),
         *warning.numbers,
-        BLAMED.get(warning.slug, record if warning.slug.startswith(RECORD_WARNING) else ""),
+        KEYS_BY_WARNING.get(
+            warning.slug, record if warning.slug.startswith(RECORD_WARNING) else ""
+        ),
     ]
     for key in keys:
         path = tuple(key.split("."))
