@@ -644,6 +644,26 @@ def test_faults_of_the_block_are_said(tmp_path, changes, sentence):
     assert any(sentence in problem.sentence for problem in problems)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ("  file: fit-", "  file: no-", "excitation.file: no-seat-synthetic.csv"),
+        ("{file: fit-", "{file: no-", "assess.measured.file: no-seat-synthetic.csv"),
+        ("time: t, x_dd", "more_files: [b.csv], time: t, x_dd", "more_files #1: b.csv"),
+    ],
+)
+def test_missing_record_is_refused_at_its_place(drysim, tmp_path, old, new, place):
+    assert drysim("init", "assess-seat").code == 0
+    file = tmp_path / "assess-seat.yaml"
+    text = file.read_text(encoding="utf-8")
+    assert old in text
+    file.write_text(text.replace(old, new), encoding="utf-8")
+    done = drysim("assess", file.name)
+    assert done.code == 2
+    assert re.search(rf"\.yaml:\d+:\d+: .*{place}: the record does not exist", done.err)
+    assert not (tmp_path / "out").exists()
+
+
 def test_results_name_no_absolute_path(tmp_path):
     text = (gallery.find("assess-seat").file).read_text(encoding="utf-8")
     record = gallery.find("assess-seat").file.with_name("fit-seat-synthetic.csv")

@@ -20,6 +20,10 @@ def named_files(scenario: Scenario) -> Iterator[tuple[KeyPath, Path]]:
     if isinstance(scenario.excitation, Record):
         for i, file in enumerate(swept_files(scenario)):
             yield (SWEEP_KEY, FILE_KEY, i), scenario.excitation.with_file(file).path
+    if scenario.assess is not None:
+        measured = scenario.assess.measured
+        for i, file in enumerate(measured.more_files):
+            yield ("assess", "measured", "more_files", i), measured.of_file(file).path
 
 
 def _named_files(block: Block, keys: KeyPath) -> Iterator[tuple[KeyPath, Path]]:

@@ -48,6 +48,7 @@ from drysim.study.outcome import Result, count_verdicts, format_repr
 from drysim.study.preparation import (
     assemble,
     base_motion,
+    locating_records,
     refuse_interval,
     require_scenario,
     without_fit_checks,
@@ -305,8 +306,9 @@ def prepare_runs(scenario: Scenario) -> tuple[list[PreparedRun], list[PreparedRu
     require_bases(scenario)
     files, axes = assess_of(scenario).measured.files, assess_of(scenario).axes
     names = axes.names if axes else ()
-    runs = [prepare_run(scenario, "", file) for file in files]
-    others = [prepare_run(scenario, axis, file) for axis in names for file in files]
+    with locating_records(scenario):
+        runs = [prepare_run(scenario, "", file) for file in files]
+        others = [prepare_run(scenario, axis, file) for axis in names for file in files]
     first, *rest = [run.measurement for run in runs]
     for run, measurement in zip(runs[1:], rest, strict=True):
         if abs(measurement.dt / first.dt - 1.0) > GRID_TOLERANCE:
