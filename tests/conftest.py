@@ -16,15 +16,15 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from seat import SEAT
+from seat import SEAT, load_text, tree
 
 from drysim.cli import main
 from drysim.core.compile import COMPILED, ENGINE_VARIABLE
-from drysim.scenario.load import load
 from drysim.scenario.model import Scenario
 
 with pytest.MonkeyPatch.context() as patch:
@@ -75,13 +75,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def scenario(tmp_path: Path) -> Callable[..., Scenario]:
-    """Return the scenario of a text, with overrides."""
-
-    def loaded(text: str, overrides: object = ()) -> Scenario:
-        (tmp_path / "seat.yaml").write_text(text)
-        return load(tmp_path / "seat.yaml", overrides)
-
-    return loaded
+    """Return `load_text` in an empty folder: `scenario(text, overrides, **keys)`."""
+    return partial(load_text, tmp_path)
 
 
 @pytest.fixture
@@ -102,6 +97,23 @@ def drysim(
 def command(drysim: Command) -> Command:
     """Return `drysim` under another name, for modules that import the package."""
     return drysim
+
+
+@pytest.fixture
+def refused(drysim: Command, tmp_path: Path) -> Callable[..., str]:
+    """Return `drysim` as a function that returns the error of a command that exits with 2,
+    prints no result and no traceback, and leaves every file as it was."""
+
+    def error(*words: object) -> str:
+        before = tree(tmp_path)
+        answer = drysim(*words)
+        assert (answer.code, answer.out) == (2, ""), answer
+        assert "error: " in answer.err
+        assert "Traceback" not in answer.err
+        assert tree(tmp_path) == before
+        return answer.err
+
+    return error
 
 
 @pytest.fixture

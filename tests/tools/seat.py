@@ -1,14 +1,18 @@
-"""A small sound scenario, from which others are made; seats with designs and records to choose
-from; how tests say overrides, read tables."""
+"""A small sound scenario, from which others are made; records to choose from; how tests say
+overrides, read results and folders."""
 
 from __future__ import annotations
 
 import csv
+import json
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from drysim.scenario.load import load
+from drysim.scenario.model import Scenario
 
 SEAT = """\
 drysim: 1
@@ -55,6 +59,20 @@ def seeds(few: int, many: int) -> list:
 def dotted(words: Mapping[str, object]) -> dict[str, object]:
     """Return overrides by their keys; a double underscore stands for the dot of a key."""
     return {key.replace("__", "."): value for key, value in words.items()}
+
+
+def load_text(
+    folder: Path, text: str = SEAT, overrides: object = (), **keys: object
+) -> Scenario:
+    """Return the scenario of a text, from `seat.yaml` in a folder; see `dotted` for `keys`."""
+    file = folder / "seat.yaml"
+    file.write_text(text, encoding="utf-8")
+    return load(file, {**dict(overrides), **dotted(keys)} if keys else overrides)
+
+
+def fields_of(folder: Path) -> dict[str, object]:
+    """Return what `drysim.json` of a folder of results says."""
+    return json.loads((Path(folder) / "drysim.json").read_text(encoding="utf-8"))
 
 
 def rows_of(file: Path) -> list[dict[str, str]]:
