@@ -481,12 +481,15 @@ class LeastSquares:
 class Solution(NamedTuple):
     """A minimum: residuals in units of the noise, scaled parameters, covariance, samples.
 
-    `smooth` are the samples whose mode does not change, `mask` those of them without outliers.
+    `covariance` is that of white residuals; `robust_covariance` also has what the noise of the
+    base motion adds, if any. `smooth` are the samples whose mode does not change, `mask` those
+    of them without outliers.
     """
 
     squares: LeastSquares
     x: Floats
     covariance: Floats
+    robust_covariance: Floats
     jacobian: Floats
     smooth: Mask
     mask: Mask
@@ -533,7 +536,7 @@ def final_fit(squares: LeastSquares, x: Floats) -> Solution:
         steps = new
     residuals = squares.residuals(squares.solve(x), mask)
     total = float(residuals @ residuals)
-    return Solution(squares, x, covariance, slopes, smooth, mask, total)
+    return Solution(squares, x, covariance, covariance, slopes, smooth, mask, total)
 
 
 def covariance_of(slopes: Floats) -> Floats:
