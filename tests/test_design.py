@@ -122,11 +122,28 @@ def test_limits_hold_under_every_condition(tmp_path):
 
 
 def test_stroke_limit_and_checks_of_the_file_are_the_default_limits(tmp_path):
-    scene = f"{SINE}stroke: {{limit: 12 mm}}\nchecks: [T_a < 3]\n"
+    scene = SINE.replace("2 Hz", "3 Hz")
+    scene += "stroke: {limit: 4.2 mm}\nchecks: [x_r_peak < 4.2 mm]\n"
     design = f"vary: {{{DAMPING}}}\n  minimise: a_x"
     result = drysim.design(loaded(tmp_path, scene, design))
-    assert [str(limit) for limit in result.limits] == ["T_a < 3", "stroke_used <= 1"]
-    assert result.metrics["stroke_used"] <= 1.0
+    assert [str(limit) for limit in result.limits] == ["x_r_peak < 4.2 mm", "stroke_used < 1"]
+    assert result.metrics["stroke_used"] < 1.0
+    # Neither binds alone, as the other one repeats it.
+    (binding,) = result.binding
+    assert binding.text == "x_r_peak < 4.2 mm and stroke_used < 1"
+    assert binding.objective < 0.99 * result.best.objectives[0]
+
+
+def test_designs_that_reach_rigid_stops_exceed_the_stroke_limit_as_cases_of_a_sweep_do(
+    tmp_path,
+):
+    scene = f"{SINE}stroke: {{limit: 12 mm, stops: {{restitution: 0.5}}}}\n"
+    design = f"vary: {{{DAMPING}}}\n  minimise: a_x\n  evaluations: 8"
+    result = drysim.design(loaded(tmp_path, scene, design))
+    reached = [bool(each.rows[0].metrics["violations"]) for each in result.candidates]
+    assert {*reached} == {True, False}
+    assert max(each.rows[0].metrics["stroke_used"] for each in result.candidates) == 1.0
+    assert [not each.is_admissible for each in result.candidates] == reached
 
 
 def test_study_without_an_admissible_design_names_the_closest_and_fails(tmp_path):
@@ -717,9 +734,9 @@ def test_stroke_limit_of_every_seed_is_not_the_limit_of_their_mean(tmp_path):
     design = f"vary: {{{WIDE}}}\n  minimise: SEAT"
     scene = NOISE.replace("40 mm", "14 mm")
     strict = drysim.design(loaded(tmp_path, scene, design))
-    mean = drysim.design(loaded(tmp_path, scene, f"{design}\n  within: [stroke_used <= 1]"))
-    assert [str(one) for one in strict.limits] == ["stroke_used <= 1 with every seed"]
-    assert [str(one) for one in mean.limits] == ["stroke_used <= 1"]
+    mean = drysim.design(loaded(tmp_path, scene, f"{design}\n  within: [stroke_used < 1]"))
+    assert [str(one) for one in strict.limits] == ["stroke_used < 1 with every seed"]
+    assert [str(one) for one in mean.limits] == ["stroke_used < 1"]
     assert mean.best.objectives[0] < strict.best.objectives[0]
     slugs = [[one.slug for one in result.warnings] for result in (strict, mean)]
     assert ["stroke-violated" in one for one in slugs] == [False, True]
@@ -730,7 +747,7 @@ def test_name_of_the_stroke_limit_is_the_same_everywhere(tmp_path, monkeypatch, 
     design = f"vary: {{{WIDE}}}\n  minimise: SEAT\n  evaluations: 20"
     loaded(tmp_path, NOISE, design)
     done = command("design", "study.yaml", "--no-plots")
-    name = "stroke_used <= 1 with every seed"
+    name = "stroke_used < 1 with every seed"
     assert done.code == 0, done.err
     assert f"within      {name}" in done.out
     assert f"holds     {name}, with 0." in done.out
@@ -753,7 +770,7 @@ def test_limits_may_be_those_of_every_seed_or_of_a_quantile(tmp_path):
             "x_r_peak < 14 mm",
             "x_r_peak p75 < 14 mm",
             "x_r_peak < 14 mm with every seed",
-            "stroke_used <= 1 with every seed",
+            "stroke_used < 1 with every seed",
         )
     }
     mean, quantile, every, stroke = best.values()  # the stroke counts while settling, too
@@ -765,7 +782,7 @@ def test_best_design_runs_with_the_limits_as_its_checks(tmp_path):
     found = drysim.design(loaded(tmp_path, NOISE, design))
     assert found.scenario.checks == found.limits
     (check,) = drysim.run(found.scenario).checks
-    assert (str(check.check), check.passed) == ("stroke_used <= 1 with every seed", True)
+    assert (str(check.check), check.passed) == ("stroke_used < 1 with every seed", True)
     assert check.value == pytest.approx(found.checks[0].value)
 
 

@@ -1007,7 +1007,7 @@ def test_hatched_cells_are_the_cases_that_fail_also_at_the_limit(seed):
     table = sweep(*axes(frequency=FIVE, rms=FIVE), reference=None)
     numbers, exceeds = random.integers(0, 4, 25), random.random(25) < 0.2
     rows = tuple(
-        replace(row, metrics=row.metrics | {"stroke_used": 1.0, "violations": v, "contacts": n})
+        replace(row, metrics=row.metrics | {"stroke_used": 1.0 if v else 0.5, "contacts": n})
         for row, n, v in zip(table.rows, numbers.tolist(), exceeds.tolist(), strict=True)
     )
     check = Check.parse(f"contacts {random.choice([*COMPARISONS])} {random.integers(1, 3)}")

@@ -332,7 +332,7 @@ def test_stroke_limit_that_every_seed_keeps_is_reported_and_summarised(result, d
   evaluations: 8
 """
     page = result(noise + "stroke: {limit: 30 mm}\n" + study, "design", "--no-plots")[1]
-    sentence = "stroke_used <= 1 with every seed"
+    sentence = "stroke_used < 1 with every seed"
     for words in (Page(page).text, drysim("summarise", "out").out):
         assert sentence in " ".join(words.split())
     assert drysim("report", "out", "--no-plots").code == 0

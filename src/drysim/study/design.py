@@ -967,7 +967,8 @@ def limit_warnings(result: DesignResult) -> Iterator[WarningMessage]:
     ):
         return
     used = np.array([seed_values(shown, STROKE_USED)]).ravel()
-    if (beyond := int((used > 1.0).sum())) and result.source.stops is None:
+    beyond = int((~STROKE_LIMIT.holds(used)).sum())
+    if beyond and result.source.stops is None:
         sentence = (
             f"the best design exceeds the stroke limit in {beyond} of {len(used)} motions: "
             "design.within replaces it; leave design.within out to keep it with every seed"
@@ -1001,7 +1002,9 @@ def design_warnings(result: DesignResult) -> Iterator[WarningMessage]:
     yield from limit_warnings(result)
     best, stroke = result.best, result.scenario.stroke
     if best is not None and stroke is not None and result.source.stops is None:
-        exceeds = [row for row in best.rows if (row.metrics[STROKE_USED] or 0.0) > 1.0]
+        exceeds = [
+            row for row in best.rows if not STROKE_LIMIT.holds(row.metrics[STROKE_USED] or 0.0)
+        ]
         hardest = max(best.rows, key=lambda row: hourly_stroke_used(row.metrics, stroke.limits))
         if not exceeds:
             where = ", with the best design"

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from drysim.core.model import Input, RecordSummary, Samples, Sines, StrokeLimits
 from drysim.errors import WarningMessage
 from drysim.excitation.harmonic import Shock
-from drysim.metrics.checks import EVERY_SEED, LEAST_EXCESS, STATUS, Check, Verdict, violation
+from drysim.metrics.checks import EVERY_SEED, STATUS, Check, Verdict, violation
 from drysim.metrics.table import (
     HOURLY_STROKE,
     HOURLY_STROKES_BY_SIDE,
@@ -385,7 +385,7 @@ class BestCase(NamedTuple):
     """Number of cases that stay within the stroke limit and keep all checks, and of all."""
     closest: Verdict | None = None
     """If no case is admissible: the check that the case closest to it fails by most, relative
-    to the limit; the stroke limit counts as `stroke_used <= 1`."""
+    to the limit; the stroke limit counts as `stroke_used < 1`."""
     over_records: BestCase | None = None
     """In a sweep over records, the same for designs, the values of all other keys. A design
     counts as its worst record, and is admissible only if it is with every record."""
@@ -774,8 +774,9 @@ class Tally:
                 self._verdicts[i] = verdict
 
 
-STROKE_LIMIT = Check.parse("stroke_used <= 1")
-"""The stroke limit as a check, which every seed of a case must pass."""
+STROKE_LIMIT = Check.parse("stroke_used < 1")
+"""The stroke limit as a check, which every seed of a case must pass: it is met by a mass that
+reaches it, as `violations` counts."""
 
 
 def seeds_beyond(row: Row) -> int:
@@ -795,9 +796,7 @@ def excess_of(batch: Batch, checks: Iterable[Check]) -> NDArray[np.float64]:
     used = batch.metrics[STROKE_USED].copy()
     largest = [batch.row(i).largest(STROKE_USED) for i in batch.over]
     used[[*batch.over]] = np.array(largest, dtype=float)  # None becomes NaN
-    beyond = np.where(np.isnan(used), -np.inf, used - 1.0)
-    exceeds = np.nan_to_num(batch.metrics["violations"]) > 0
-    excess = [np.where(exceeds, np.maximum(beyond, LEAST_EXCESS), np.minimum(beyond, 0.0))]
+    excess = [np.where(np.isnan(used), -np.inf, STROKE_LIMIT.relative_excess(used))]
     for check in checks:
         applies = check.applicable({**batch.points, STATUS: batch.status}, len(batch))
         amount = check.relative_excess(judged_column(check, batch))
