@@ -256,10 +256,11 @@ def best_rows(result: DesignResult) -> Iterator[Row]:
             remarks.append(f"at {describe_case(point, result.design.conditions.axes)}")
         yield Row(name, text, "; ".join(remarks))
     yield from hourly_rows(result)
-    for limit, objective in result.binding:
+    for binding in result.binding:
         name = result.design.minimise[0]
-        least = f"{name} about {format_metric(name, objective)}"
-        yield Row("binding", str(limit), f"{least} without this limit")
+        least = f"{name} about {format_metric(name, binding.objective)}"
+        which = "these limits" if binding.beside else "this limit"
+        yield Row("binding", binding.text, f"{least} without {which}")
     if result.best is not None:
         yield from bound_rows(result)
 
@@ -427,8 +428,8 @@ def design_fields(result: DesignResult, provenance: Provenance) -> Fields:
         "half_widths": dict(zip(names, result.half_widths, strict=True)),
         **{name: region and region.ends for name, region in regions.items()},
         "binding": [
-            {"limit": str(limit.limit), "objective_without": limit.objective}
-            for limit in result.binding
+            {"limit": binding.text, "objective_without": binding.objective}
+            for binding in result.binding
         ],
         "variants": {variant.name: fields_of(variant.candidate) for variant in result.variants},
         "front": [fields_of(candidate) for candidate in front],

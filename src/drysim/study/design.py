@@ -67,7 +67,7 @@ from drysim.study.statistics import (
 from drysim.study.sweep import Execute, choose_engine, describe_numerics, on_workers
 from drysim.study.table import STROKE_LIMIT, hourly_stroke_used
 from drysim.study.warnings import hourly_stroke_warnings
-from drysim.wording import Point, format_deviation
+from drysim.wording import Point, format_deviation, join_words
 
 if TYPE_CHECKING:
     from drysim.study.store import Store
@@ -159,7 +159,15 @@ class Binding(NamedTuple):
 
     limit: Check
     objective: float
-    """Objective of a design that exceeds only this limit."""
+    """Objective of a design that exceeds only this limit and those beside it."""
+    beside: tuple[Check, ...] = ()
+    """Further limits that keep it from that as well, such as the stroke limit beside a check
+    that repeats it: without only some of them nothing is gained."""
+
+    @property
+    def text(self) -> str:
+        """All these limits, joined by `and`."""
+        return join_words([str(limit) for limit in (self.limit, *self.beside)])
 
 
 class Variant(NamedTuple):
@@ -655,24 +663,41 @@ class Study:
             yield Variant("no dry friction", make_candidate(scenario, 0, shown.values, rows))
 
     def binding_limits(self, result: DesignResult, evaluated: Evaluations) -> Iterator[Binding]:
-        """Yield the limits without which a design is better, as a solved design shows."""
+        """Yield the limits without which a design is better, as a solved design shows.
+
+        Limits of which none binds alone may bind together, as where a check repeats the stroke
+        limit.
+        """
         surrogate, best = Surrogate.of(evaluated), result.best
         if surrogate is None or best is None:
             return
         predicted = surrogate.at(candidates(np.random.default_rng(SEED), evaluated, 1))
-        holds, least = predicted.constraints <= 0.0, best.objectives[0]
+        least = best.objectives[0]
         better = least - MIN_RELAXATION * abs(least)
-        keys = {axis.key: axis.unit for axis in self.design.vary}
-        for i, limit in enumerate(result.limits):
-            inside = np.delete(holds, i, axis=1).all(axis=1)
-            values = np.where(inside, predicted.objectives[:, 0], inf)
+
+        def without(places: Sequence[int]) -> Candidate | None:
+            """Return a design that is better without the limits at some places."""
+            holds = np.delete(predicted.constraints <= 0.0, places, axis=1).all(axis=1)
+            values = np.where(holds, predicted.objectives[:, 0], inf)
             lowest = int(np.argmin(values))
-            if values[lowest] < better:
-                point = round_values(self.design.vary, predicted.points[lowest])
-                (rows,) = self.rows(self.case.scenario, keys, [point])
-                relaxed = make_candidate(self.case.scenario, 0, point, rows)
-                if relaxed.objectives[0] < better:
-                    yield Binding(limit, relaxed.objectives[0])
+            if not values[lowest] < better:
+                return None
+            point = round_values(self.design.vary, predicted.points[lowest])
+            keys = {axis.key: axis.unit for axis in self.design.vary}
+            (rows,) = self.rows(self.case.scenario, keys, [point])
+            relaxed = make_candidate(self.case.scenario, 0, point, rows)
+            return relaxed if relaxed.objectives[0] < better else None
+
+        others = []
+        for place, limit in enumerate(result.limits):
+            if relaxed := without([place]):
+                yield Binding(limit, relaxed.objectives[0])
+            else:
+                others.append(place)
+        if len(others) > 1 and (relaxed := without(others)):
+            exceeded = [result.limits[i] for i in others if relaxed.excess[i] > 0.0]
+            if exceeded:
+                yield Binding(exceeded[0], relaxed.objectives[0], tuple(exceeded[1:]))
 
 
 def invalid_note(
