@@ -164,11 +164,7 @@ def test_failed_check_counts_its_cases_and_the_best_case_is_the_answer(drysim, t
 
 @pytest.mark.parametrize(
     ("frequency", "values", "end"),
-    [
-        (1.6, [100, 500, 3000], "upper"),
-        (4, [100, 500, 3000], "lower"),
-        (4, [100, 3000], ""),
-    ],
+    [(1.6, [100, 500, 3000], "upper"), (4, [100, 500, 3000], "lower"), (4, [100, 3000], "")],
 )
 def test_best_case_at_the_end_of_its_range_says_so(tmp_path, frequency, values, end):
     file = tmp_path / "seat.yaml"
@@ -259,11 +255,7 @@ friction: {law: coulomb, kinetic: 20 N}
 stroke: {limit: 80 mm}
 excitation: {kind: record, file: runs/run-00.csv, time: t, column: u_dd}
 """
-AXES = {
-    FILE: "runs/*.csv",
-    KEY: [0, 20, 40],
-    DAMPING: [250, 500],
-}
+AXES = {FILE: "runs/*.csv", KEY: [0, 20, 40], DAMPING: [250, 500]}
 
 
 def through_the_file(rows, passes):

@@ -427,10 +427,7 @@ def test_a_branch_with_too_many_points_is_warned_of(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("name", "value", "slug"),
-    [
-        ("MAX_PERIODS", 0, "periods-left-out"),
-        ("SWITCH_OFFSETS", (), "branching-failed"),
-    ],
+    [("MAX_PERIODS", 0, "periods-left-out"), ("SWITCH_OFFSETS", (), "branching-failed")],
 )
 def test_bifurcations_that_are_not_followed_are_warned_of(
     tmp_path, monkeypatch, name, value, slug

@@ -45,10 +45,7 @@ def test_every_metric_can_be_checked_in_its_own_unit(metric):
         ("T_a p0 < 1", "a quantile lies between p0 and p100, not at `p0`"),
         ("T_a p95 < 1 with every seed", "write either `p95` or `with every seed`, not both"),
         ("T_a < 1 at F > 5 with every seed", "write `with every seed` before `at`"),
-        (
-            "T_a < 1 with all seeds",
-            "unknown unit `with all seeds`",
-        ),
+        ("T_a < 1 with all seeds", "unknown unit `with all seeds`"),
         ("T_a < 1e999", "must compare with a finite number, not `1e999`"),
     ],
 )
@@ -144,10 +141,7 @@ def test_check_with_at_holds_its_conditions_in_si():
         "T_a < 0.6 at excitation.frequency >= 0.008 kHz and excitation.rms==0.05 g", UNITS
     )
     found = [(one.key, one.op, one.limit) for one in check.conditions]
-    assert found == [
-        ("excitation.frequency", ">=", 8.0),
-        ("excitation.rms", "==", 0.4903325),
-    ]
+    assert found == [("excitation.frequency", ">=", 8.0), ("excitation.rms", "==", 0.4903325)]
     assert (check.metric, check.op, check.limit) == ("T_a", "<", 0.6)
 
 

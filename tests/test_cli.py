@@ -138,10 +138,7 @@ def test_over_is_taken_where_a_sweep_is(drysim, seat, command):
         (["friction.kinetic"], "names no key with its values"),
         (["friction.kinetic=0,1"] * 2, "--over names friction.kinetic twice"),
         (["friction.kinetc=0,1"], "--over friction.kinetc=0,1: unknown key `friction.kinetc`"),
-        (
-            ["friction.kinetic=0:5:2"],
-            "friction.kinetic.to is not reached by steps of 2 N",
-        ),
+        (["friction.kinetic=0:5:2"], "friction.kinetic.to is not reached by steps of 2 N"),
         (["friction.kinetic=0:5 mm:1"], "`mm` is a unit of length, not force"),
         (["friction.kinetic=20"], "sweep.friction.kinetic must be a list such as"),
         (["friction.kinetic=0:1:}"], "this is not YAML"),
@@ -339,10 +336,7 @@ def test_dry_run_finds_the_same_faults(drysim, seat):
         (["run", "seat.yaml", "--strct"], "--strict"),
         (["run"], "Missing argument"),
         (["fit", "a.yaml", "b.yaml"], "unexpected extra argument"),
-        (
-            ["validate", "--format", "xml", "seat.yaml"],
-            "'xml' is not one of",
-        ),
+        (["validate", "--format", "xml", "seat.yaml"], "'xml' is not one of"),
         (["run", "seat.yaml", "--set"], "requires an argument"),
         (["run", "seat.yaml", "--set", "friction.kinetic"], "KEY=VALUE"),
         (["init", "paper-low-frictoin"], "did you mean `paper-low-friction`"),

@@ -747,10 +747,7 @@ def test_counting_costs_next_to_nothing_where_nobody_watches():
 
 
 def test_long_range_stays_apart_from_its_remark(capsys):
-    rows = [
-        Row("T_a", "1.2", "least"),
-        Row("stuck", "below 0.1 % to 23.6 %", "most at 1 Hz"),
-    ]
+    rows = [Row("T_a", "1.2", "least"), Row("stuck", "below 0.1 % to 23.6 %", "most at 1 Hz")]
     print_rows(stdout(), rows, 20)
     short, long = capsys.readouterr().out.splitlines()[1:]
     assert "23.6 % most at 1 Hz" in long

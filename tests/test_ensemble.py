@@ -25,13 +25,7 @@ from drysim.scenario.load import load
 from drysim.scenario.warnings import scenario_warnings
 from drysim.study import plan as study_plan
 from drysim.study.ensemble import run
-from drysim.study.statistics import (
-    SEEDS_PER_CHECK,
-    Batch,
-    Row,
-    interval,
-    statistics,
-)
+from drysim.study.statistics import SEEDS_PER_CHECK, Batch, Row, interval, statistics
 from drysim.wording import format_interval, format_number, format_percent
 
 # Many seeds of one scenario: means, intervals, when they are enough, and the files.

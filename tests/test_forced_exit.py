@@ -150,10 +150,7 @@ def test_old_result_stays_when_its_successor_ends_in_an_endless_kernel(folder):
 
 RESUMED = {
     "cases": ("patch('drysim.study.plan.solve_row', 2)", ("--workers", "1")),
-    "cases in threads": (
-        "patch('drysim.study.plan.solve_row', 2)",
-        ("--workers", "2"),
-    ),
+    "cases in threads": ("patch('drysim.study.plan.solve_row', 2)", ("--workers", "2")),
     "table": (
         "patch('drysim.study.plan.solve_row', 2)\npatch('drysim.output.folder.file_sha256', 1)",
         ("--workers", "2"),

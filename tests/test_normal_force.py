@@ -15,14 +15,7 @@ from reference import assert_agrees, peak
 
 import drysim
 from drysim.approach.stick_slip import StickSlip
-from drysim.core.model import (
-    CoulombLaw,
-    NormalForceRecord,
-    Plant,
-    Samples,
-    Sines,
-    State,
-)
+from drysim.core.model import CoulombLaw, NormalForceRecord, Plant, Samples, Sines, State
 from drysim.errors import RecordError, ScenarioError
 from drysim.orbits.search import find_orbit
 from drysim.scenario.load import load

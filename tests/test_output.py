@@ -22,17 +22,12 @@ from seat import rows_of, tree
 
 from drysim import output
 from drysim.bench import speed_error
-from drysim.core.model import (
-    CoulombLaw,
-)
+from drysim.core.model import CoulombLaw
 from drysim.errors import OutputError, WarningMessage
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS, UNITS
 from drysim.output import folder
-from drysim.output.folder import (
-    install_partial,
-    write_marker,
-)
+from drysim.output.folder import install_partial, write_marker
 from drysim.results import all_kinds, kind_named, tables
 from drysim.results import run as run_kind
 from drysim.results.comparison import comparison_fields, write_comparison_csv

@@ -212,10 +212,7 @@ def metrics_of(tmp_path: Path) -> Callable[..., Metrics]:
 
 def smooth(form: str, sharpness: float, **options: Any) -> dict[str, Any]:
     """Return the solver block of a smooth form."""
-    return {
-        "approach": "smooth",
-        "smooth": {"form": form, "sharpness": sharpness, **options},
-    }
+    return {"approach": "smooth", "smooth": {"form": form, "sharpness": sharpness, **options}}
 
 
 def percent(value: float | None, exact: float | None) -> float:
@@ -274,9 +271,7 @@ def test_sharpness_and_steps_of_equal_accuracy_are_those_of_the_page(
 
 
 @SLOW
-def test_stiff_solver_agrees_with_small_fixed_steps(
-    metrics_of: Callable[..., Metrics],
-) -> None:
+def test_stiff_solver_agrees_with_small_fixed_steps(metrics_of: Callable[..., Metrics]) -> None:
     found = [
         metrics_of(45, 2.0, 0.75, solver=smooth("tanh", 1e4, method=method))["T_a"]
         for method in ("adaptive", "substeps")

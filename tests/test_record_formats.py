@@ -397,10 +397,7 @@ def test_header_of_an_at2_may_be_in_any_encoding(tmp_path, samples):
 
 
 AT2S = {
-    "cut": (
-        lambda text: text[:-30],
-        "the header says NPTS= 500, but there are 499 sa",
-    ),
+    "cut": (lambda text: text[:-30], "the header says NPTS= 500, but there are 499 sa"),
     "head only": (
         lambda text: "\n".join(text.splitlines()[:4]) + "\n \n",
         "the header says NPTS= 500, but there are 0 samples, fewer: the file is truncated",

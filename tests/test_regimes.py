@@ -10,14 +10,7 @@ import numpy as np
 import pytest
 
 import drysim
-from drysim.study.boundaries import (
-    LOCKED,
-    REGIME,
-    Crossing,
-    Grid,
-    join_crossings,
-    polylines,
-)
+from drysim.study.boundaries import LOCKED, REGIME, Crossing, Grid, join_crossings, polylines
 from drysim.study.regimes import (
     ISOLATION,
     PERIODS,

@@ -125,10 +125,7 @@ def test_a_very_stiff_elastic_contact_tends_to_coulomb_friction(tmp_path):
         ),
         ("{law: dahl, kinetic: 45, bristle_stiffness: 50000}", 3),
         ("{law: coulomb, kinetic: {extension: 30, compression: 45}}", 2),
-        (
-            "{law: coulomb, kinetic: 45, normal_variation: {amplitude: 0.3, frequency: 4}}",
-            2,
-        ),
+        ("{law: coulomb, kinetic: 45, normal_variation: {amplitude: 0.3, frequency: 4}}", 2),
     ],
 )
 def test_a_marched_orbit_is_a_fixed_point_whose_jacobian_predicts_its_neighbours(

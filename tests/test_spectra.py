@@ -15,12 +15,7 @@ import drysim
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import CoulombLaw, Samples, Sines
 from drysim.metrics.comfort import averaging_gain, step_means, weighting_gain
-from drysim.metrics.spectra import (
-    BANDS,
-    spectra,
-    third_octaves,
-    viscous_transmissibility,
-)
+from drysim.metrics.spectra import BANDS, spectra, third_octaves, viscous_transmissibility
 from drysim.plots.spectra import draw
 from drysim.study.preparation import prepare
 from drysim.study.welch import segment_length

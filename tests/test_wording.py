@@ -10,13 +10,7 @@ import pytest
 from law_scenes import elastic_law, separating_law
 
 from drysim import wording
-from drysim.core.model import (
-    CoulombLaw,
-    Input,
-    Plant,
-    Samples,
-    Sines,
-)
+from drysim.core.model import CoulombLaw, Input, Plant, Samples, Sines
 from drysim.excitation.harmonic import Harmonic, Rest, SineSum
 from drysim.excitation.recorded import Record
 from drysim.scenario.axes import Axis
