@@ -32,32 +32,23 @@ def noise(n: int, seed: int = 3) -> Samples:
     return Samples(rough * (0.67 / np.sqrt(np.mean(rough**2))), 2.5e-3)
 
 
+VARYING = CoulombLaw(30.0, 40.0, 0.4, 10.7, 0.2)
 SCENES = {
     "sine": (PAPER, CoulombLaw(15.0, 15.0), SINE, REST, 5.0),
     "two sines": (PAPER, CoulombLaw(30.0, 36.0), PAIR, State(0.001, 0.05), 5.0),
     "free decay": (Plant(1.0, 1.0, 0.0), CoulombLaw(1.0, 1.0), STILL, State(12.0, 6.0), 30.0),
     "samples": (PAPER, CoulombLaw(45.0, 54.0), noise(2000), REST, 4.9),
-    "varying limits": (PAPER, CoulombLaw(30.0, 40.0, 0.4, 10.7, 0.2), PAIR, REST, 5.0),
-    "varying limits over samples": (
-        PAPER,
-        CoulombLaw(30.0, 40.0, 0.4, 10.7, 0.2),
-        noise(800),
-        State(0.0, 0.02),
-        1.9,
-    ),
+    "varying limits": (PAPER, VARYING, PAIR, REST, 5.0),
+    "varying limits over samples": (PAPER, VARYING, noise(800), State(0.0, 0.02), 1.9),
     "rigid block": (Plant(75.0, 0.0, 0.0), CoulombLaw(15.0, 15.0), noise(2000), REST, 4.9),
-    "heavy damping": (Plant(75.0, 7500.0, 75000.0), CoulombLaw(15.0, 18.0), PAIR, REST, 5.0),
+    "heavy damping": (PAPER._replace(b=75e3), CoulombLaw(15.0, 18.0), PAIR, REST, 5.0),
     "critical damping": (
-        Plant(75.0, 7500.0, 1500.0),
-        CoulombLaw(15.0, 18.0),
-        noise(2000),
-        REST,
-        4.9,
+        PAPER._replace(b=1500.0), CoulombLaw(15.0, 18.0), noise(2000), REST, 4.9,
     ),
-    "stiff": (Plant(75.0, 3e8, 500.0), CoulombLaw(15.0, 18.0), noise(600), REST, 1.4),
+    "stiff": (PAPER._replace(k_x=3e8), CoulombLaw(15.0, 18.0), noise(600), REST, 1.4),
     "nearly no friction": (PAPER, CoulombLaw(1e-12, 1e-12), PAIR, REST, 5.0),
     "never moves": (PAPER, CoulombLaw(200.0, 200.0), PAIR, REST, 5.0),
-}
+}  # fmt: skip
 
 
 def solved(name: str) -> Response:
@@ -90,16 +81,10 @@ def test_every_approach_gives_a_whole_response(approach: type, motion: Sines | S
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_energy_closes(name: str) -> None:
-    duration = SCENES[name][-1]
-    metrics = measure(track_of(solved(name)), (0.0, duration), None)
-    assert metrics["energy_residual"] < 1e-11
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_energy_closes_in_a_window_that_begins_and_ends_anywhere(name: str) -> None:
-    metrics = measure(track_of(solved(name)), (0.31234, 1.21987), None)
-    assert metrics["energy_residual"] < 1e-11
+def test_energy_closes_in_any_window(name: str) -> None:
+    for window in ((0.0, SCENES[name][-1]), (0.31234, 1.21987)):
+        metrics = measure(track_of(solved(name)), window, None)
+        assert metrics["energy_residual"] < 1e-11
 
 
 @pytest.mark.parametrize("F_fk", [0.0, 45.0])
@@ -159,13 +144,9 @@ def test_metrics_do_not_depend_on_the_output_step() -> None:
 
 @pytest.mark.parametrize(
     ("duration", "step", "points"),
-    [
-        (0.3, 0.1, 4),
-        (2.9999, 1.0, 3),
-        (7.5e6, 2.5e-3, 3 * 10**9 + 1),
-        (1e9 + 0.3, 1.0, 10**9 + 1),
-    ],
-)
+    [(0.3, 0.1, 4), (2.9999, 1.0, 3), (7.5e6, 2.5e-3, 3 * 10**9 + 1),
+     (1e9 + 0.3, 1.0, 10**9 + 1)],
+)  # fmt: skip
 def test_grid_ends_with_the_motion_however_long(
     duration: float, step: float, points: int
 ) -> None:
@@ -289,25 +270,13 @@ def test_simulate_gives_arrays_for_arrays() -> None:
      ({"approach": "signom"}, "unknown approach `signom`")],
 )  # fmt: skip
 def test_simulate_refuses_nonsense_in_a_sentence(change: dict[str, object], words: str) -> None:
-    scene = {
-        "m": 75.0,
-        "k_x": 7500.0,
-        "b": 500.0,
-        "F_fk": 15.0,
-        "u_dd": np.zeros(9),
-        "dt": 1e-3,
-    }
+    scene = {"m": 75.0, "k_x": 7500.0, "b": 500.0, "F_fk": 15.0, "u_dd": [0.0] * 9, "dt": 1e-3}
     with pytest.raises(UsageError, match=words):
         simulate(**{**scene, **change})  # type: ignore[arg-type]
 
 
 def test_simulate_takes_numbers_of_every_kind() -> None:
-    scene = {
-        "k_x": 7500,
-        "b": np.float32(500.0),
-        "F_fk": np.array(15.0),
-        "dt": np.float64(1e-3),
-    }
+    scene = {"k_x": 7500, "b": np.float32(500), "F_fk": np.array(15.0), "dt": np.float64(1e-3)}
     u_dd = [0, 1, 2, -3]
     same = [u_dd, tuple(u_dd), np.array(u_dd, dtype=np.int16), np.ma.array(u_dd),
             np.array(u_dd, dtype=object), np.repeat(u_dd, 2)[::2]]  # fmt: skip

@@ -7,7 +7,7 @@ import pytest
 from drysim.plots.comparison import draw as draw_comparison
 from drysim.plots.response import draw as draw_response
 from drysim.plots.sweep import draw_transmissibility as draw_sweep
-from drysim.scenario.load import load
+from drysim.scenario.load import scenario
 from drysim.study.compare import compare
 from drysim.study.ensemble import run
 from drysim.study.sweep import sweep
@@ -36,16 +36,9 @@ GENERATED = {
 ASKED = {"sweep": ", 2 s, 1 m/s² amplitude", "psd": ", 2 s, 1 m/s² RMS", "shock": ""}
 
 
-@pytest.fixture
-def seat(tmp_path):
-    """Return a function that reads a seat on some base motion."""
-
-    def read(excitation, more=""):
-        file = tmp_path / "seat.yaml"
-        file.write_text(f"{SEAT}{excitation}\n{more}\n")
-        return load(file)
-
-    return read
+def seat(excitation, more=""):
+    """Return a seat on some base motion."""
+    return scenario(f"{SEAT}{excitation}\n{more}\n")
 
 
 def headed(figure):
@@ -54,7 +47,7 @@ def headed(figure):
 
 
 @pytest.mark.parametrize(("excitation", "words"), GENERATED.items())
-def test_generated_motion_is_told_by_its_data_in_runs_and_sweeps(seat, excitation, words):
+def test_generated_motion_is_told_by_its_data_in_runs_and_sweeps(excitation, words):
     base = seat(excitation).excitation
     assert base.describe(base.motion(5e-3, 1.0)).startswith(f"{words}, ")
     shared = base.describe_cases(None, ["friction.kinetic"])
@@ -74,14 +67,12 @@ def test_generated_motion_is_told_by_its_data_in_runs_and_sweeps(seat, excitatio
         (5, "excitation.points.0.0", "psd, 2 s, 1 m/s² RMS"),
     ],
 )
-def test_what_is_swept_of_a_generated_motion_is_not_told_as_shared(
-    seat, excitation, swept, words
-):
+def test_what_is_swept_of_a_generated_motion_is_not_told_as_shared(excitation, swept, words):
     base = seat(list(GENERATED)[excitation]).excitation
     assert base.describe_cases(None, [swept]) == words
 
 
-def test_pictures_of_run_sweep_and_comparison_name_class_and_length(seat):
+def test_pictures_of_run_sweep_and_comparison_name_class_and_length():
     excitation = "{kind: standard, class: EM3, duration: 2 s, scale: nothing, seed: 1}"
     seat_alone = seat(excitation, "")
     told = headed(draw_response(run(seat_alone)))
