@@ -6,13 +6,13 @@ import json
 
 import numpy as np
 import pytest
-from seat import EM6_SEAT, rows_of, write_records
+from seat import EM6_SEAT, fields_of, rows_of, write_records
+from seat import SEAT as HARMONIC_SEAT
 
-import drysim as package
+import drysim
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS
 from drysim.plots.sweep import draw_stroke
-from drysim.scenario.load import load
 from drysim.study.statistics import FAILED, OK, Batch, Row
 from drysim.study.table import Tally, excess_of, minmax_design, misses_of
 
@@ -72,14 +72,14 @@ def test_tally_finds_what_a_look_through_all_rows_finds(seed):
             assert found.row.point == best.point
 
 
-def test_best_case_is_named_on_the_console_and_in_the_file(drysim, tmp_path):
+def test_best_case_is_named_on_the_console_and_in_the_file(command, tmp_path):
     (tmp_path / "seat.yaml").write_text(SEAT)
-    answer = drysim("sweep", "seat.yaml", "--no-plots")
-    table = package.sweep(package.load("seat.yaml"))
+    answer = command("sweep", "seat.yaml", "--no-plots")
+    table = drysim.sweep(drysim.load("seat.yaml"))
     kept, best = by_hand(table.own, table.scenario.checks, "SEAT")
     assert 0 < len(kept) < len(table.own)
     assert table.best.row == best
-    words = json.loads((tmp_path / "out/seat/drysim.json").read_text())["best"]
+    words = fields_of(tmp_path / "out/seat")["best"]
     assert words == {
         "metric": "SEAT",
         "value": best.metrics["SEAT"],
@@ -90,13 +90,13 @@ def test_best_case_is_named_on_the_console_and_in_the_file(drysim, tmp_path):
     assert f"least of {len(kept)} admissible cases of 12" in " ".join(answer.out.split())
 
 
-def test_no_admissible_case_is_said(drysim, tmp_path):
+def test_no_admissible_case_is_said(command, tmp_path):
     (tmp_path / "seat.yaml").write_text(SEAT)
-    answer = drysim("sweep", "seat.yaml", "--no-plots", "--set", "checks=[SEAT < 0.01]")
+    answer = command("sweep", "seat.yaml", "--no-plots", "--set", "checks=[SEAT < 0.01]")
     assert answer.code == 1
     words = " ".join(answer.out.split())
     assert "no case of 12 is admissible; the least peak |x_r| is " in words
-    words = json.loads((tmp_path / "out/seat/drysim.json").read_text())["best"]
+    words = fields_of(tmp_path / "out/seat")["best"]
     assert (words["value"], words["at"], words["admissible"]) == (None, None, 0)
     # The least SEAT is that of the closest case.
     least = min(
@@ -104,9 +104,8 @@ def test_no_admissible_case_is_said(drysim, tmp_path):
     )
     assert words["closest"]["check"] == "SEAT < 0.01"
     assert words["closest"]["value"] == least
-    assert f"the closest fails SEAT < 0.01, with {least:.6g} at " in " ".join(
-        answer.out.split()
-    )
+    told = f"the closest fails SEAT < 0.01, with {least:.6g} at "
+    assert told in " ".join(answer.out.split())
 
 
 def test_closest_case_fails_its_worst_check_by_least_relative_to_the_limit():
@@ -145,37 +144,33 @@ def test_excess_over_a_limit_has_the_sign_of_its_verdict(text):
             assert (miss == -np.inf) == bool(check.holds(row.metrics["T_a"]))
 
 
-def test_failed_check_counts_its_cases_and_the_best_case_is_the_answer(drysim, tmp_path):
+def test_failed_check_counts_its_cases_and_the_best_case_is_the_answer(command, tmp_path):
     (tmp_path / "seat.yaml").write_text(SEAT)
-    answer = drysim("sweep", "seat.yaml", "--no-plots", "--set", "checks=[SEAT < 0.5]")
+    answer = command("sweep", "seat.yaml", "--no-plots", "--set", "checks=[SEAT < 0.5]")
     assert answer.code == 1
     rows = rows_of(tmp_path / "out/seat/transmissibility.csv")
     failed = sum(float(row["SEAT [-]"]) >= 0.5 for row in rows)
     assert 0 < failed < 12
     screen = " ".join(answer.out.split())
     assert f"✗ fails SEAT < 0.5 in {failed} of 12 cases, worst with " in screen
-    words = json.loads((tmp_path / "out/seat/drysim.json").read_text())
+    words = fields_of(tmp_path / "out/seat")
     assert (words["checks"][0]["failed"], words["checks"][0]["cases"]) == (failed, 12)
     kinetic, damping = words["best"]["at"].values()
     where = f"kinetic {kinetic:g} N, damping {damping:g} N·s/m"
     assert f"✓ best the best admissible case, at {where}, keeps every check" in screen
-    assert "✓ best" not in drysim("sweep", "seat.yaml", "--no-plots", "--set", "checks=[]").out
+    assert "✓ best" not in command("sweep", "seat.yaml", "--no-plots", "--set", "checks=[]").out
 
 
 @pytest.mark.parametrize(
     ("frequency", "values", "end"),
     [(1.6, [100, 500, 3000], "upper"), (4, [100, 500, 3000], "lower"), (4, [100, 3000], "")],
 )
-def test_best_case_at_the_end_of_its_range_says_so(tmp_path, frequency, values, end):
-    file = tmp_path / "seat.yaml"
-    file.write_text(
-        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
-        f"excitation: {{kind: harmonic, frequency: {frequency}, rms: 1}}\n"
-        "stroke: {limit: 1 m}\n"
-        "solver: {step: 2.5e-3}\nmeasure: {direction: vertical}\n"
-        f"sweep: {{oscillator.damping: {values}}}\n"
-    )
-    table = package.sweep(package.load(file))
+def test_best_case_at_the_end_of_its_range_says_so(frequency, values, end):
+    changes = {
+        "excitation.frequency": frequency, "friction": None, "stroke": {"limit": 1},
+        "measure": {"direction": "vertical"}, "sweep": {"oscillator.damping": values},
+    }  # fmt: skip
+    table = drysim.sweep(drysim.scenario(HARMONIC_SEAT, changes))
     best = table.best.row.point["oscillator.damping"]
     said = f"; damping {best:g} N·s/m is the {end} end of its range"
     assert table.best.describe(table.axes).endswith(said) == bool(end)
@@ -184,38 +179,38 @@ def test_best_case_at_the_end_of_its_range_says_so(tmp_path, frequency, values, 
 
 @pytest.mark.parametrize(
     ("key", "values", "said"),
-    [
-        ("friction.static_ratio", [1, 1.2, 1.4], False),
-        ("friction.static_ratio", [1.1, 1.2, 1.4], True),
-        ("friction.kinetic", [0, 10, 20], False),
-        ("stroke.offset", [0, 0.01, 0.02], True),
-    ],
-)
-def test_end_of_a_range_that_is_a_bound_of_the_key_is_not_said(tmp_path, key, values, said):
-    (tmp_path / "seat.yaml").write_text(SEAT)
+    [("friction.static_ratio", [1, 1.2, 1.4], False),
+     ("friction.static_ratio", [1.1, 1.2, 1.4], True),
+     ("friction.kinetic", [0, 10, 20], False),
+     ("stroke.offset", [0, 0.01, 0.02], True)],
+)  # fmt: skip
+def test_end_of_a_range_that_is_a_bound_of_the_key_is_not_said(key, values, said):
     changes = {"sweep": {key: values}, "checks": ["SEAT < 5"], "stroke.limit": 1}
-    table = package.sweep(package.load(tmp_path / "seat.yaml", changes))
+    table = drysim.sweep(drysim.scenario(SEAT, changes))
     assert table.best.row.point[key] == values[0]
     assert table.best.describe(table.axes).count("end of its range") == said
 
 
-def test_table_shows_its_best_case_in_a_notebook(tmp_path):
-    (tmp_path / "seat.yaml").write_text(SEAT)
-    table = package.sweep(package.load(tmp_path / "seat.yaml"))
+def test_table_shows_its_best_case_in_a_notebook():
+    table = drysim.sweep(drysim.scenario(SEAT))
     assert f"; best SEAT {table.best.value:.4g}; " in repr(table)
     assert f"<td>best</td><td>SEAT {table.best.value:.4g}</td>" in table._repr_html_()
 
 
-def test_cases_with_different_base_motion_are_no_designs(tmp_path):
-    (tmp_path / "seat.yaml").write_text(SEAT)
-    change = {"sweep": {"excitation.seed": [1, 2]}, "checks": ["SEAT < 1"]}
-    assert package.sweep(package.load(tmp_path / "seat.yaml", change)).best is None
+AT_REST = {
+    "excitation": {"kind": "rest"}, "start": {"x_r": 5e-3}, "measure": {"duration": 1},
+    "checks": None,
+}  # fmt: skip
+BASES = {"sweep": {"excitation.seed": [1, 2]}, "checks": ["SEAT < 1"]}
 
 
-def test_without_limits_there_is_nothing_to_be_admissible(tmp_path):
-    text = SEAT.replace("stroke: {limit: 8 mm}\n", "").replace("checks", "# checks")
-    (tmp_path / "seat.yaml").write_text(text)
-    assert package.sweep(package.load(tmp_path / "seat.yaml")).best is None
+@pytest.mark.parametrize(
+    "changes",
+    [BASES, {"stroke": None, "checks": None}, AT_REST],
+    ids=["different base motions", "no limits", "no objective"],
+)
+def test_nothing_is_best_of_what_cannot_be_compared(changes):
+    assert drysim.sweep(drysim.scenario(SEAT, changes)).best is None
 
 
 def test_unknown_metric_is_not_admissible():
@@ -227,21 +222,10 @@ def test_unknown_metric_is_not_admissible():
     assert not tally.best
 
 
-def test_no_case_is_best_where_no_objective_is_known(tmp_path):
-    excitation = "excitation: {kind: rest}\nstart: {x_r: 5 mm}\nmeasure: {duration: 1 s}"
-    text = SEAT.replace(
-        "excitation: {kind: standard, class: EM6, duration: 10 s, seed: 1}", excitation
-    )
-    text = text.replace("measure: {direction: vertical}\n", "")
-    (tmp_path / "seat.yaml").write_text(text.split("checks:")[0])
-    assert package.sweep(package.load(tmp_path / "seat.yaml")).best is None
-
-
-def test_best_case_of_a_comparison_is_that_of_its_reference(tmp_path):
-    (tmp_path / "seat.yaml").write_text(SEAT)
-    scenario = package.load(tmp_path / "seat.yaml")
-    compared = package.compare(scenario, "signum vs stick-slip").table.best
-    alone = package.sweep(scenario).best
+def test_best_case_of_a_comparison_is_that_of_its_reference():
+    scenario = drysim.scenario(SEAT)
+    compared = drysim.compare(scenario, "signum vs stick-slip").table.best
+    alone = drysim.sweep(scenario).best
     assert compared.row.approach == "stick-slip"
     assert (compared.row.point, compared.admissible) == (alone.row.point, alone.admissible)
 
@@ -275,17 +259,17 @@ def through_the_file(rows, passes):
     "order", [(FILE, KEY, DAMPING), (KEY, FILE, DAMPING), (KEY, DAMPING, FILE)]
 )
 @pytest.mark.parametrize("limit", [1.5, 1.05, 1.02, 0.5])
-def test_best_design_over_records_has_the_least_worst(drysim, tmp_path, order, limit):
+def test_best_design_over_records_has_the_least_worst(command, tmp_path, order, limit):
     write_records(tmp_path / "runs", 4)
     sweep = {key: AXES[key] for key in order}
     text = f"{ON_RECORDS}sweep: {json.dumps(sweep)}\nchecks: [T_a < {limit}]\n"
     (tmp_path / "seat.yaml").write_text(text)
-    answer = drysim("sweep", "seat.yaml", "--no-plots")
+    answer = command("sweep", "seat.yaml", "--no-plots")
     rows = rows_of(tmp_path / "out/seat/transmissibility.csv")
     best, point, admissible, designs = through_the_file(
         rows, lambda row: float(row["T_a [-]"]) < limit and float(row["violations [-]"]) == 0
     )
-    words = json.loads((tmp_path / "out/seat/drysim.json").read_text())["best"]["over_records"]
+    words = fields_of(tmp_path / "out/seat")["best"]["over_records"]
     assert (words["admissible"], words["cases"]) == (admissible, designs)
     screen = " ".join(answer.out.split())
     if best is None:
@@ -299,7 +283,7 @@ def test_best_design_over_records_has_the_least_worst(drysim, tmp_path, order, l
         assert words["at"] == {**point, FILE: record}
         count = f"least of {admissible} admissible designs of {designs}"
         assert f"{record} being its worst record; {count}" in screen
-    again = " ".join(drysim("summarise", "out/seat").out.split())
+    again = " ".join(command("summarise", "out/seat").out.split())
     assert again.count(" of 6") == screen.count(" of 6")
     assert "all records " in again
 
@@ -327,41 +311,37 @@ def test_least_worst_is_what_a_look_through_all_designs_finds(seed):
     assert case == (i * records + record) * stride + j
 
 
-def test_summary_of_a_finished_sweep_names_the_best_case(drysim, tmp_path):
+def test_summary_of_a_finished_sweep_names_the_best_case(command, tmp_path):
     (tmp_path / "seat.yaml").write_text(SEAT)
-    drysim("sweep", "seat.yaml", "--no-plots")
-    best = package.sweep(package.load("seat.yaml")).best
-    shown = " ".join(drysim("summarise", "out/seat").out.split())
-    assert f"best {best.result} at {best.place(package.load('seat.yaml').sweep)}, " in shown
+    command("sweep", "seat.yaml", "--no-plots")
+    best = drysim.sweep(drysim.load("seat.yaml")).best
+    shown = " ".join(command("summarise", "out/seat").out.split())
+    assert f"best {best.result} at {best.place(drysim.load('seat.yaml').sweep)}, " in shown
 
 
 def test_records_alone_are_no_designs(tmp_path):
     write_records(tmp_path / "runs", 2)
     text = f"{ON_RECORDS}sweep: {{{FILE}: runs/*.csv}}\nchecks: [T_a < 1]\n"
     (tmp_path / "seat.yaml").write_text(text)
-    assert package.sweep(package.load(tmp_path / "seat.yaml")).best is None
+    assert drysim.sweep(drysim.load(tmp_path / "seat.yaml")).best is None
 
 
 MEANS_WITHIN = """\
-drysim: 1
-name: means
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
 friction: {kinetic: 45}
 stroke: {limit: 30 mm}
 excitation: {kind: standard, class: EM3, duration: 15 s, seed: 1, seeds: 6}
-solver: {approach: stick-slip, step: 5e-3}
+solver: {step: 5e-3}
 measure: {settle: 5 s, direction: vertical}
 sweep: {oscillator.damping: [500, 600, 700]}
 """
 
 
-def test_closest_case_is_judged_by_its_worst_seed(tmp_path):
-    file = tmp_path / "means.yaml"
-    file.write_text(MEANS_WITHIN)
-    free = package.sweep(load(file, {"stroke.limit": 1.0}))
+def test_closest_case_is_judged_by_its_worst_seed():
+    free = drysim.sweep(drysim.scenario(MEANS_WITHIN, {"stroke.limit": 1.0}))
     reach = [row.over.values["stroke_suffices"] for row in free.rows]
     limit = 0.99 * min(max(values) for values in reach)  # some seed of every case exceeds it
-    table = package.sweep(load(file, {"stroke.limit": limit}))
+    table = drysim.sweep(drysim.scenario(MEANS_WITHIN, {"stroke.limit": limit}))
     at = int(np.argmin([max(values) for values in reach]))
     closest, row = table.best.closest, table.rows[at]
     assert closest.where == row.point

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from seat import fields_of, load_text, rows_of
 
 import drysim
 from drysim.core.orbit import SINES
@@ -34,19 +33,19 @@ sweep:
 """
 
 
-def scaled(folder: Path, beta, zeta, phi, eta, sweep: str = "") -> drysim.Scenario:
+def scaled(folder: Path, beta, zeta, phi, eta, sweep: str = "", **keys) -> drysim.Scenario:
     """Return a scene with m = k_x = 1 and base acceleration of amplitude 1."""
     text = SCALED.format(frequency=repr(beta / math.tau), zeta=zeta, phi=phi, eta=eta)
-    file = folder / "scaled.yaml"
-    file.write_text(text + (f"sweep:\n  {sweep}\n" if sweep else ""), encoding="utf-8")
-    return drysim.load(file)
+    return load_text(folder, text + (f"sweep:\n  {sweep}\n" if sweep else ""), **keys)
 
 
-def paper(folder: Path, hz: float) -> drysim.Scenario:
+UNSYMMETRIC = (0.5, 0.05, 0.2, 2, "friction.kinetic: {from: 0.05, to: 0.45, count: 5}")
+"""A scene in which symmetry breaks."""
+
+
+def paper(folder: Path, hz: float, **keys) -> drysim.Scenario:
     """Return the scene of the paper's Fig. 4 over the static ratio."""
-    file = folder / "paper.yaml"
-    file.write_text(PAPER.replace("HZ", str(hz)), encoding="utf-8")
-    return drysim.load(file)
+    return load_text(folder, PAPER.replace("HZ", str(hz)), **keys)
 
 
 def bifurcations(result, kind):
@@ -96,9 +95,7 @@ def test_multipliers_of_a_case_of_a_sweep_are_those_of_its_run(tmp_path):
 
 
 def test_a_motion_that_is_not_periodic_has_no_multipliers(tmp_path):
-    scaled(tmp_path, 0.8, 0.05, 0.3, 1)
-    window = {"measure": {"settle": 0, "duration": 10}}
-    windowed = drysim.load(tmp_path / "scaled.yaml", window)
+    windowed = scaled(tmp_path, 0.8, 0.05, 0.3, 1, measure={"settle": 0, "duration": 10})
     assert drysim.run(windowed).metrics["multiplier_1"] is None
 
 
@@ -111,24 +108,19 @@ def warned(outcome) -> list[str]:
 
 
 def test_run_warns_of_the_other_stable_motion_from_either_side(tmp_path):
-    scene = paper(tmp_path, 0.5).copy_with({"sweep": ()})
+    scene = paper(tmp_path, 0.5, sweep=None)
     assert "T_a 1.01, stroke 1.745 mm" in warned(drysim.run(scene))[0]
-    kicked = drysim.load(tmp_path / "paper.yaml", {"sweep": None, "start": {"x_r": 0.02}})
+    kicked = paper(tmp_path, 0.5, sweep=None, start={"x_r": 0.02})
     assert "another stable motion exists (T_a 1, stroke 0 mm)" in warned(drysim.run(kicked))[0]
 
 
 @pytest.mark.parametrize(
     "changes",
-    [
-        {"friction.static_ratio": 1.4},
-        {"friction.static_ratio": 1},
-        {"measure": {"coexisting": False}},
-    ],
-)
+    [{"friction__static_ratio": 1.4}, {"friction__static_ratio": 1},
+     {"measure": {"coexisting": False}}],
+)  # fmt: skip
 def test_run_does_not_warn_where_no_other_motion_exists_or_none_is_sought(tmp_path, changes):
-    paper(tmp_path, 0.5)
-    scene = drysim.load(tmp_path / "paper.yaml", {"sweep": None, **changes})
-    assert not warned(drysim.run(scene))
+    assert not warned(drysim.run(paper(tmp_path, 0.5, sweep=None, **changes)))
 
 
 # Branches
@@ -169,12 +161,8 @@ def test_both_stable_motions_of_the_paper_are_found_at_the_value_of_the_scenario
 
 def test_a_motion_whose_branch_turns_back_beyond_the_range_is_found(tmp_path):
     # The stable and the unstable motion are born together at 1.38.
-    (tmp_path / "part.yaml").write_text(
-        PAPER.replace("HZ", "0.5").replace(
-            "from: 1, to: 1.5, step: 0.1", "from: 1.32, to: 1.37, step: 0.01"
-        )
-    )
-    result = drysim.branches(drysim.load(tmp_path / "part.yaml"))
+    part = {"friction.static_ratio": {"from": 1.32, "to": 1.37, "step": 0.01}}
+    result = drysim.branches(paper(tmp_path, 0.5, sweep=part))
     locked, *sliding = result.branches
     assert locked.is_locked
     assert not result.bifurcations
@@ -188,10 +176,7 @@ def test_a_motion_whose_branch_turns_back_beyond_the_range_is_found(tmp_path):
 
 
 def test_symmetry_breaks_where_the_bracket_is_one_and_an_unsymmetric_branch_leaves(tmp_path):
-    scene = scaled(
-        tmp_path, 0.5, 0.05, 0.2, 2, "friction.kinetic: {from: 0.05, to: 0.45, count: 5}"
-    )
-    result = drysim.branches(scene)
+    result = drysim.branches(scaled(tmp_path, *UNSYMMETRIC))
     breaking = [one for one in result.bifurcations if one.kind == "symmetry breaking"]
     assert breaking[-1].value == pytest.approx(0.217466646, abs=1e-8)
     assert breaking[-1].x_r_peak == pytest.approx(1.32333950, abs=1e-7)
@@ -206,10 +191,8 @@ def test_symmetry_breaks_where_the_bracket_is_one_and_an_unsymmetric_branch_leav
 
 
 def test_stops_are_born_and_lost_where_two_parametrisations_say(tmp_path):
-    scene = scaled(
-        tmp_path, 0.25, 0.05, 0.2, 1, "friction.kinetic: {from: 0.02, to: 0.9, count: 5}"
-    )
-    result = drysim.branches(scene)
+    sweep = "friction.kinetic: {from: 0.02, to: 0.9, count: 5}"
+    result = drysim.branches(scaled(tmp_path, 0.25, 0.05, 0.2, 1, sweep))
     expected = [(0.051111380, 0, 2), (0.229713945, 2, 4), (0.282327218, 4, 2)]
     found = [one for one in result.bifurcations if one.kind == "grazing"]
     for one, (value, before, after) in zip(found, expected, strict=True):
@@ -218,25 +201,16 @@ def test_stops_are_born_and_lost_where_two_parametrisations_say(tmp_path):
 
 
 def test_a_continuum_of_orbits_without_damping_is_no_bifurcation(tmp_path):
-    scene = scaled(
-        tmp_path, 0.5, 0, 0.2, 1, "excitation.frequency: {from: 0.07, to: 0.085, count: 4}"
-    )
-    result = drysim.branches(scene)
+    sweep = "excitation.frequency: {from: 0.07, to: 0.085, count: 4}"
+    result = drysim.branches(scaled(tmp_path, 0.5, 0, 0.2, 1, sweep))
     (value,) = bifurcations(result, "continuum")
     assert value == pytest.approx(1 / (4 * math.pi), rel=1e-6)
     assert not bifurcations(result, "symmetry breaking")
 
 
 def test_the_only_branch_without_static_excess_is_stable(tmp_path):
-    scene = scaled(
-        tmp_path,
-        0.5,
-        0.05,
-        0.4,
-        1,
-        "excitation.frequency: {from: 0.04, to: 0.4, scale: log, count: 9}",
-    )
-    result = drysim.branches(scene)
+    sweep = "excitation.frequency: {from: 0.04, to: 0.4, scale: log, count: 9}"
+    result = drysim.branches(scaled(tmp_path, 0.5, 0.05, 0.4, 1, sweep))
     assert len(result.branches) == 1
     assert result.branches[0].stable.all()
     assert result.starts == 18  # from rest, and its own: two motions never move apart
@@ -244,39 +218,34 @@ def test_the_only_branch_without_static_excess_is_stable(tmp_path):
 
 def test_rounding_of_a_range_adds_no_branch_and_no_bifurcation(tmp_path):
     # 1.4 is no binary fraction: at its lower end both limits must still be equal.
-    scene = paper(tmp_path, 1.0)
-    short = drysim.load(
-        tmp_path / "paper.yaml", {"sweep": {"friction.static_ratio": [1, 1.2, 1.4]}}
+    short = paper(tmp_path, 1.0, sweep={"friction.static_ratio": [1, 1.2, 1.4]})
+    one, other = (
+        [each.kind for each in drysim.branches(scene).bifurcations]
+        for scene in (short, paper(tmp_path, 1.0))
     )
-    one, other = drysim.branches(scene), drysim.branches(short)
-    assert [each.kind for each in other.bifurcations] == [
-        each.kind for each in one.bifurcations
-    ]
-    listed = {"sweep": {"friction.kinetic": [10, 20, 30]}}
-    (branch,) = drysim.branches(drysim.load(tmp_path / "paper.yaml", listed)).branches
+    assert one == other
+    listed = paper(tmp_path, 1.0, sweep={"friction.kinetic": [10, 20, 30]})
+    (branch,) = drysim.branches(listed).branches
     assert (branch.values[0], branch.values[-1]) == (10.0, 30.0)
 
 
 def test_branches_scale_with_base_motion_and_friction(tmp_path):
     sweep = "friction.static_ratio: {from: 1, to: 2, count: 3}"
-    one = scaled(tmp_path, 0.5, 0.05, 0.6, 1.5, sweep)
-    ten = drysim.load(
-        tmp_path / "scaled.yaml", {"friction.kinetic": 6, "excitation.amplitude": 10}
+    scene, tenfold = (
+        (0.5, 0.05, 0.6, 1.5, sweep),
+        {"friction.kinetic": 6, "excitation.amplitude": 10},
     )
-    small, large = drysim.branches(one), drysim.branches(ten)
-    assert [each.kind for each in small.bifurcations] == [
-        each.kind for each in large.bifurcations
-    ]
+    small, large = (
+        drysim.branches(scaled(tmp_path, *scene, overrides=factor)) for factor in ({}, tenfold)
+    )
     for a, b in zip(small.bifurcations, large.bifurcations, strict=True):
+        assert a.kind == b.kind
         assert a.value == pytest.approx(b.value, rel=1e-9)
         assert 10 * a.x_r_peak == pytest.approx(b.x_r_peak, rel=1e-7)
 
 
 def test_bifurcations_are_points_of_their_branches(tmp_path):
-    scene = scaled(
-        tmp_path, 0.5, 0.05, 0.2, 2, "friction.kinetic: {from: 0.05, to: 0.45, count: 5}"
-    )
-    result = drysim.branches(scene)
+    result = drysim.branches(scaled(tmp_path, *UNSYMMETRIC))
     for one in result.bifurcations:
         branch = result.branches[one.branch - 1]
         assert branch.values[one.position] == one.value
@@ -296,14 +265,11 @@ def test_every_point_of_a_branch_repeats(tmp_path):
     assert (branch.metrics["energy_residual"] < 1e-9).all()
     for i in range(0, len(branch.values), 20):
         if branch.stable[i]:
-            start = {"start": {"x_r": branch.metrics["x_r_peak"][i]}}
+            peak = branch.metrics["x_r_peak"][i]
             case = scenario.at({"friction.static_ratio": float(branch.values[i])})
-            near = drysim.run(
-                case.copy_with({"start": case.start.model_copy(update=start["start"])})
-            )
-            assert near.metrics["x_r_peak"] == pytest.approx(
-                branch.metrics["x_r_peak"][i], rel=1e-8
-            )
+            start = case.start.model_copy(update={"x_r": peak})
+            near = drysim.run(case.copy_with({"start": start}))
+            assert near.metrics["x_r_peak"] == pytest.approx(peak, rel=1e-8)
 
 
 # The section
@@ -325,28 +291,22 @@ def same_bifurcations(one, other) -> bool:
 
 @pytest.mark.parametrize("phase", ["30 deg", "160 deg", "275 deg"])
 def test_the_phase_of_the_base_motion_changes_nothing(tmp_path, phase):
-    scene = paper(tmp_path, 1.0)
-    shifted = drysim.load(tmp_path / "paper.yaml", {"excitation.phase": phase})
+    scene, shifted = paper(tmp_path, 1.0), paper(tmp_path, 1.0, excitation__phase=phase)
     assert same_bifurcations(drysim.branches(scene), drysim.branches(shifted))
 
 
 def test_the_phase_changes_nothing_where_the_normal_force_varies(tmp_path):
-    scene = paper(tmp_path, 1.0)
     # The same motion, begun a tenth of a period later.
     varied = {"amplitude": 0.3, "frequency": 2.0, "phase": 0.2}
     later = {**varied, "phase": 0.2 + 2 * math.tau / 10}
     sweep = {"sweep": {"excitation.rms": [0.9, 1.0]}, "friction.static_ratio": 1}
     one, other = (
-        drysim.branches(
-            drysim.load(
-                tmp_path / "paper.yaml",
-                {**sweep, "excitation.phase": phase, "friction.normal_variation": variation},
-            )
-        )
+        sweep | {"excitation.phase": phase, "friction.normal_variation": variation}
         for phase, variation in ((0.0, varied), (math.tau / 10, later))
     )
-    assert same_bifurcations(one, other)
-    assert scene.name == one.scenario.name
+    assert same_bifurcations(
+        *(drysim.branches(paper(tmp_path, 1.0, overrides=changes)) for changes in (one, other))
+    )
 
 
 class Delayed(Study):
@@ -364,12 +324,7 @@ class Delayed(Study):
 
 @pytest.mark.parametrize("phase", [0.7, 2.1, 4.0])
 def test_branches_do_not_depend_on_the_section(tmp_path, phase):
-    for scene in (
-        paper(tmp_path, 1.0),
-        scaled(
-            tmp_path, 0.5, 0.05, 0.2, 2, "friction.kinetic: {from: 0.05, to: 0.45, count: 5}"
-        ),
-    ):
+    for scene in (paper(tmp_path, 1.0), scaled(tmp_path, *UNSYMMETRIC)):
         case = prepare_branches(scene)
         assert same_bifurcations(drysim.branches(scene), Delayed(case, phase).solve(case))
 
@@ -456,73 +411,47 @@ def test_branches_beyond_the_largest_number_are_warned_of(tmp_path, monkeypatch)
 
 
 def test_command_writes_branches_bifurcations_and_picture(command, tmp_path):
-    paper(tmp_path, 1.0)
-    done = command("branches", "paper.yaml", "-o", "out")
+    result = drysim.branches(paper(tmp_path, 1.0))
+    done = command("branches", "seat.yaml", "-o", "out")
     assert done.code == 0, done.err
     assert "at 1.2: stable, locked: T_a 1" in done.out
     out = tmp_path / "out"
     assert (out / "branches.png").is_file()
-    with (out / "bifurcations.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows, points = rows_of(out / "bifurcations.csv"), rows_of(out / "branches.csv")
     assert [row["bifurcation"] for row in rows] == ["unlocking", "grazing", "fold"]
-    with (out / "branches.csv").open(newline="") as file:
-        points = list(csv.DictReader(file))
-    fields = json.loads((out / "drysim.json").read_text())
-    assert len(points) == fields["numerics"]["points"]
+    assert len(points) == fields_of(out)["numerics"]["points"]
     assert {row["stable [-]"] for row in points} == {"0.0", "1.0"}
     again = drysim.load(out / "scenario.yaml")
-    assert (
-        drysim.branches(again).bifurcations
-        == drysim.branches(paper(tmp_path, 1.0)).bifurcations
-    )
+    assert drysim.branches(again).bifurcations == result.bifurcations
+
+
+NOISE = {"kind": "standard", "class": "EM1", "duration": "10 s", "seed": 1}
 
 
 @pytest.mark.parametrize(
     ("changes", "words"),
-    [
-        ({"sweep": None}, "sweep is required"),
-        (
-            {
-                "excitation": {
-                    "kind": "standard",
-                    "class": "EM1",
-                    "duration": "10 s",
-                    "seed": 1,
-                },
-                "measure": {"settle": 0},
-            },
-            "branches needs base motion that is a sine",
-        ),
-        ({"sweep": {"start.x_r": [0.0, 0.1]}}, "branches follows the first key of the sweep"),
-        ({"measure": {"settle": 0, "duration": 10}}, "needs a steady state"),
-        ({"sweep": {"excitation.phase": [0, 1]}}, "a phase only shifts the time"),
-        (
-            {"sweep": {"zip": {"oscillator.mass": [50, 100], "friction.kinetic": [10, 20]}}},
-            "values that vary together",
-        ),
-        (
-            {"sweep": {"friction.static_ratio": [1, 1.2], "direction": "up"}},
-            "sweep.direction does not apply",
-        ),
-    ],
-)
+    [({"sweep": None}, "sweep is required"),
+     ({"excitation": NOISE, "measure": {"settle": 0}},
+      "branches needs base motion that is a sine"),
+     ({"sweep": {"start.x_r": [0.0, 0.1]}}, "branches follows the first key of the sweep"),
+     ({"measure": {"settle": 0, "duration": 10}}, "needs a steady state"),
+     ({"sweep": {"excitation.phase": [0, 1]}}, "a phase only shifts the time"),
+     ({"sweep": {"zip": {"oscillator.mass": [50, 100], "friction.kinetic": [10, 20]}}},
+      "values that vary together"),
+     ({"sweep": {"friction.static_ratio": [1, 1.2], "direction": "up"}},
+      "sweep.direction does not apply")],
+)  # fmt: skip
 def test_scenes_without_branches_are_refused_with_the_reason(tmp_path, changes, words):
-    file = tmp_path / "paper.yaml"
-    paper(tmp_path, 1.0)
     with pytest.raises(drysim.ScenarioError) as fault:
-        drysim.branches(drysim.load(file, changes))
+        drysim.branches(paper(tmp_path, 1.0, overrides=changes))
     assert words in str(fault.value) + str(fault.value.problems)
 
 
 def test_further_keys_of_the_sweep_are_told_to_stay(tmp_path):
-    file = tmp_path / "paper.yaml"
     further = "  friction.kinetic: [30, 45]\n  excitation.frequency: [0.4, 0.5]\n"
-    file.write_text(PAPER.replace("HZ", "0.5") + further, encoding="utf-8")
-    result = drysim.branches(drysim.load(file))
-    (told,) = (one.sentence for one in result.warnings if one.slug == "one-key")
-    assert told.startswith(
-        "branches follows friction.static_ratio only; it keeps friction.kine"
-    )
+    result = drysim.branches(load_text(tmp_path, PAPER.replace("HZ", "0.5") + further))
+    told = warned_of(result)["one-key"]
+    assert told.startswith("branches follows friction.static_ratio only; it keeps friction.kin")
     assert "45 N" in told
     assert "0.5 Hz" in told
     assert result.axis.key == "friction.static_ratio"
@@ -531,16 +460,14 @@ def test_further_keys_of_the_sweep_are_told_to_stay(tmp_path):
 def test_orbit_of_three_periods_that_half_of_them_mirrors_is_symmetric(tmp_path):
     beta, zeta, phi, eta = 0.45319397252152915, 0.02481257246398982, 0.1060622599005986, 2.52
     sweep = "friction.static_ratio: {from: 2.51, to: 2.53, count: 5}"
-    scaled(tmp_path, beta, zeta, phi, eta, sweep)
-    start = {"start.x_r": 0.665, "start.v_r": -0.663}
-    outcome = drysim.run(drysim.load(tmp_path / "scaled.yaml", {**start, "sweep": None}))
+    scene = scaled(tmp_path, beta, zeta, phi, eta, sweep, start={"x_r": 0.665, "v_r": -0.663})
+    outcome = drysim.run(scene.copy_with({"sweep": ()}))
     period, trajectory = math.tau / beta, outcome.response.trajectory
     assert trajectory.end == pytest.approx(3.0 * period)
     for t in (0.0, 0.3 * period, 0.8 * period, 1.2 * period):
         later = trajectory.state(t + 1.5 * period).x_r
         assert later == pytest.approx(-trajectory.state(t).x_r, abs=1e-9)
-    result = drysim.branches(drysim.load(tmp_path / "scaled.yaml", start))
-    (motion,) = result.motions
+    (motion,) = drysim.branches(scene).motions
     assert (motion.branch.periods, motion.branch.symmetric) == (3, True)
     assert motion.T_a == pytest.approx(outcome.metrics["T_a"], rel=1e-9)
 
@@ -551,21 +478,16 @@ def test_motion_that_a_run_shows_is_on_a_branch(tmp_path, monkeypatch, phase):
         return np.zeros((1, len(scenes), 2))
 
     monkeypatch.setattr("drysim.study.other_motions.orbit_starts", only_rest)
-    paper(tmp_path, 0.5)
-    own = {
-        "friction.static_ratio": 1.2,
-        "excitation.phase": phase,
-        "sweep": {"friction.static_ratio": {"from": 1.19, "to": 1.3, "count": 3}},
-    }
-    kicked = {**own, "start.x_r": 0.005, "start.v_r": 0.01}
-    shown = drysim.run(drysim.load(tmp_path / "paper.yaml", {**kicked, "sweep": None}))
-    assert shown.metrics["stuck_share"] < 1.0
-    found = [
-        [
-            motion.T_a
-            for motion in drysim.branches(drysim.load(tmp_path / "paper.yaml", one)).motions
-        ]
-        for one in (own, kicked)
-    ]
-    assert shown.metrics["T_a"] not in found[0]
-    assert any(T_a == pytest.approx(shown.metrics["T_a"], rel=1e-9) for T_a in found[1])
+    sweep = {"friction.static_ratio": {"from": 1.19, "to": 1.3, "count": 3}}
+    at_rest, kicked = (
+        paper(tmp_path, 0.5, sweep=sweep, excitation__phase=phase, start={"x_r": x, "v_r": v})
+        for x, v in ((0.0, 0.0), (0.005, 0.01))
+    )
+    shown = drysim.run(kicked.copy_with({"sweep": ()})).metrics
+    assert shown["stuck_share"] < 1.0
+    others = [motion.T_a for motion in drysim.branches(at_rest).motions]
+    assert shown["T_a"] not in others
+    assert any(
+        motion.T_a == pytest.approx(shown["T_a"], rel=1e-9)
+        for motion in drysim.branches(kicked).motions
+    )
