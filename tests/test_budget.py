@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hang import no_hang
-from seat import SEAT, dotted
+from seat import SEAT
 
 import drysim
 from drysim.approach.cost import step_cost
@@ -20,22 +20,13 @@ from drysim.study import sweep
 from drysim.study.budget import case_cost
 from drysim.study.preparation import prepare
 
-# Work out of proportion is told before it is done, and what nobody waits for is refused.
-
-
 NOISE = {"kind": "psd", "points": [["0.5 Hz", 1], ["10 Hz", 1]], "duration": 0.1, "seed": 1}
 
 
 @pytest.fixture
-def prepared(tmp_path):
+def prepared(scenario):
     """Return a case of the seat with some keys changed."""
-
-    def case(**overrides):
-        file = tmp_path / "seat.yaml"
-        file.write_text(SEAT)
-        return prepare(drysim.load(file, dotted(overrides)))
-
-    return case
+    return lambda **keys: prepare(scenario(SEAT, **keys))
 
 
 def slow(case):
@@ -363,11 +354,3 @@ def test_fault_of_a_record_shows_its_place(noisy_seat):
         str(caught.value) == f"{where}:3:1: row 3, column 1 (`a [g]`): `oops` is not a number; "
         "if it is no sample, `rows: {to: 2}` leaves it out"
     )
-
-
-def test_what_is_no_scenario_is_told_in_a_sentence(noisy_seat):
-    for ask in (drysim.run, drysim.sweep):
-        with pytest.raises(drysim.UsageError, match=r"expected a scenario, not 'seat\.ya"):
-            ask("seat.yaml")
-    with pytest.raises(drysim.UsageError, match="m must be above 0, not -1"):
-        drysim.simulate(m=-1.0, k_x=1.0, b=0.0, u_dd=np.zeros(3), dt=0.1)

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 from seat import dotted
 
 import drysim
 from drysim.core.model import Samples
-from drysim.scenario.load import load
 from drysim.scenario.warnings import scenario_warnings
-from drysim.study.compare import compare
-from drysim.yaml_document import dump
 
+PLANT = {"mass": 75, "stiffness": 7500}
 WORDS = {
-    "oscillator": {"mass": 75, "stiffness": 7500, "damping": 500},
+    "oscillator": {**PLANT, "damping": 500},
     "friction": {"law": "coulomb", "kinetic": 15, "static": 18},
     "excitation": {"kind": "harmonic", "frequency": 1.6, "rms": 1.0},
     "solver": {"step": 2.5e-3},
@@ -25,42 +21,34 @@ WORDS = {
 
 
 @pytest.fixture
-def slugs(tmp_path):
+def slugs():
     """Return the slugs and sentences of the warnings on a scenario with overrides."""
-    (tmp_path / "seat.yaml").write_text("drysim: 1\n")
 
-    def found(motion=None, **words: object) -> dict[str, str]:
-        scenario = load(tmp_path / "seat.yaml", WORDS | dotted(words))
+    def warned(motion=None, **keys: object) -> dict[str, str]:
+        scenario = drysim.scenario(WORDS, dotted(keys))
         return {
             caution.slug: caution.sentence for caution in scenario_warnings(scenario, motion)
         }
 
-    return found
-
-
-def test_plausible_scenario_deserves_no_warning(slugs):
-    assert slugs() == {}
+    return warned
 
 
 @pytest.mark.parametrize(
     ("words", "slug", "part"),
     [
         ({"stroke__limit": 25}, "looks-like-millimetres", "write `25 mm`"),
-        (
-            {"checks": ["x_r_peak < 25"]},
-            "looks-like-millimetres",
-            "check `x_r_peak < 25` is 25 m",
-        ),
+        ({"checks": ["x_r_peak < 25"]}, "looks-like-millimetres", "`x_r_peak < 25` is 25 m"),
         (
             {"stroke__limit": 20e6},
             "looks-like-millimetres",
-            "2e+07 m; if it is in millimetres, write `20 mm`",
+            "millimetres, write `20 mm`",
         ),
         ({"start__x_r": 12}, "looks-like-millimetres", "start.x_r is 12 m"),
         ({"excitation__rms": 1000}, "looks-like-millimetres", "an amplitude of 14 m"),
         ({"oscillator__mass": 75000}, "looks-like-grams", "(`75000 g`)"),
         ({"oscillator__stiffness": 7.5}, "looks-like-grams", "(`7.5 N/mm`)"),
         ({"excitation__phase": 90}, "looks-like-degrees", "`90 deg`"),
+        ({"oscillator": {**PLANT, "damping_ratio": 33.3}}, "looks-like-percent", "`33.3 %`"),
         ({"solver__step": 0.05}, "coarse-step", "12.5 steps per period at 1.6 Hz; 0.031 s"),
     ],
 )
@@ -111,35 +99,31 @@ def test_natural_frequency_far_above_that_of_a_mount_is_said(slugs):
     assert "natural-frequency-high" not in slugs(oscillator=light, solver__step=1e-5)
 
 
-def test_damping_ratio_in_percent_is_said(slugs):
-    oscillator = {"mass": 75, "stiffness": 7500, "damping_ratio": 33.3}
-    assert "`33.3 %`" in slugs(oscillator=oscillator)["looks-like-percent"]
+OWN_UNITS = {
+    "oscillator": {"mass": 1, "stiffness": 1, "damping": 0},
+    "friction": {"law": "coulomb", "kinetic": 1, "static": 1},
+    "start": {"x_r": 12, "v_r": 6},
+    "excitation": {"kind": "rest"},
+    "measure": {"duration": 25},
+}
+NOT_AT_HAND = {"excitation": {"kind": "record", "file": "no.csv"}, "solver": {}}
 
 
-def test_scene_in_units_of_its_own_is_left_alone(slugs):
-    words = {
-        "oscillator": {"mass": 1, "stiffness": 1, "damping": 0},
-        "friction": {"law": "coulomb", "kinetic": 1, "static": 1},
-        "start": {"x_r": 12, "v_r": 6},
-        "excitation": {"kind": "rest"},
-        "measure": {"duration": 25},
-    }
+@pytest.mark.parametrize(
+    "words",
+    [{}, OWN_UNITS, NOT_AT_HAND, {"excitation__frequency": 0.05}],
+    ids=["plausible", "units of its own", "record not at hand", "slow sine"],
+)
+def test_plausible_scenario_deserves_no_warning(slugs, words):
     assert slugs(**words) == {}
-
-
-def test_slow_sine_of_ordinary_acceleration_is_left_alone(slugs):
-    assert slugs(excitation__frequency=0.05) == {}
 
 
 def test_mass_that_will_not_move_is_said(slugs):
     """The base pulls at the mass with √2·m·a_u = 53.03 N at most."""
     assert "will-not-move" in slugs(excitation__rms=0.5, friction__static=53.1)
     assert slugs(excitation__rms=0.5, friction__static=53) == {}
-
-
-@pytest.mark.parametrize("start", [{"x_r": 0.001}, {"v_r": 0.1}])
-def test_mass_that_starts_outside_the_stuck_zone_moves(slugs, start):
-    assert slugs(excitation__rms=0.5, friction__static=53.1, start=start) == {}
+    for start in ({"x_r": 0.001}, {"v_r": 0.1}):  # outside the stuck zone
+        assert slugs(excitation__rms=0.5, friction__static=53.1, start=start) == {}
 
 
 def test_weakest_hold_of_a_varying_normal_force_counts(slugs):
@@ -175,9 +159,13 @@ def test_samples_at_hand_tell_whether_the_mass_moves(slugs):
     assert slugs(motion._replace(u_dd=motion.u_dd * 1.1)) == {}
 
 
-def test_record_that_is_not_at_hand_is_not_read(slugs):
-    words = {"excitation": {"kind": "record", "file": "no.csv"}, "solver": {}}
-    assert slugs(**words) == {}
+def warned_of_record(folder, record, **keys):
+    """Return the sentences of the warnings on a record, by their slugs."""
+    (folder / "base.csv").write_text(record)
+    base = {"kind": "record", "file": str(folder / "base.csv"), "column": "a", **keys}
+    scenario = drysim.scenario({"oscillator": WORDS["oscillator"], "excitation": base})
+    warnings = scenario_warnings(scenario, scenario.excitation.motion())
+    return {warning.slug: warning.sentence for warning in warnings}
 
 
 @pytest.mark.parametrize(("header", "said"), [("t", True), ("t [s]", True), ("t [ms]", False)])
@@ -185,16 +173,7 @@ def test_times_in_milliseconds_without_a_unit_make_a_record_that_is_too_coarse(
     tmp_path, header, said
 ):
     rows = "".join(f"{2 * k},{np.sin(0.02 * k):.6f}\n" for k in range(100))
-    (tmp_path / "base.csv").write_text(f"{header},a [m/s2]\n{rows}")
-    (tmp_path / "seat.yaml").write_text(
-        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
-        "excitation: {kind: record, file: base.csv, time: t, column: a}\n"
-    )
-    scenario = load(tmp_path / "seat.yaml")
-    found = {
-        one.slug: one.sentence
-        for one in scenario_warnings(scenario, scenario.excitation.motion())
-    }
+    found = warned_of_record(tmp_path, f"{header},a [m/s2]\n{rows}", time="t")
     assert ("coarse-record" in found) is said
     if said:
         assert "a sample every 2 s, 0.314 per natural period" in found["coarse-record"]
@@ -202,14 +181,8 @@ def test_times_in_milliseconds_without_a_unit_make_a_record_that_is_too_coarse(
 
 
 def test_record_of_even_steps_is_not_told_about_units_of_time(tmp_path):
-    (tmp_path / "base.csv").write_text("a [m/s2]\n1\n-1\n1\n")
-    (tmp_path / "seat.yaml").write_text(
-        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
-        "excitation: {kind: record, file: base.csv, column: a, step: 0.1}\n"
-    )
-    scenario = load(tmp_path / "seat.yaml")
-    (caution,) = scenario_warnings(scenario, scenario.excitation.motion())
-    assert caution.sentence.endswith("too few to resolve the excitation")
+    (sentence,) = warned_of_record(tmp_path, "a [m/s2]\n1\n-1\n1\n", step=0.1).values()
+    assert sentence.endswith("too few to resolve the excitation")
 
 
 SWEPT = {"excitation.frequency": [1, 2, 3]}
@@ -263,19 +236,15 @@ def test_check_of_sense_is_left_alone(slugs, checks):
 
 @pytest.mark.parametrize(
     ("checks", "slug"),
-    [
-        (["T_a < 1 at excitation.frequency > 3"], "check-cannot-hold"),
-        (["T_a < 1", "T_a > 2 at excitation.frequency == 3"], "checks-contradict"),
-        (
-            ["T_a < 1 at excitation.frequency >= 2", "T_a > 2 at excitation.frequency <= 2"],
-            "checks-contradict",
-        ),
-        (["T_a < 1 at status == ok", "T_a > 1.2"], "checks-contradict"),
-        (["T_a < 1 at excitation.frequency > 2", "T_a > 2 at excitation.frequency <= 2"], ""),
-        (["T_a < 1 at excitation.frequency > 2", "T_a < 1 at excitation.frequency < 2"], ""),
-        (["T_a < 1", "T_a < 1 at excitation.frequency == 2"], ""),
-    ],
-)
+    [(["T_a < 1 at excitation.frequency > 3"], "check-cannot-hold"),
+     (["T_a < 1", "T_a > 2 at excitation.frequency == 3"], "checks-contradict"),
+     (["T_a < 1 at excitation.frequency >= 2", "T_a > 2 at excitation.frequency <= 2"],
+      "checks-contradict"),
+     (["T_a < 1 at status == ok", "T_a > 1.2"], "checks-contradict"),
+     (["T_a < 1 at excitation.frequency > 2", "T_a > 2 at excitation.frequency <= 2"], ""),
+     (["T_a < 1 at excitation.frequency > 2", "T_a < 1 at excitation.frequency < 2"], ""),
+     (["T_a < 1", "T_a < 1 at excitation.frequency == 2"], "")],
+)  # fmt: skip
 def test_checks_are_held_against_each_other_where_both_apply(slugs, checks, slug):
     assert [*slugs(checks=checks, sweep=SWEPT)] == [slug] * bool(slug)
 
@@ -312,34 +281,39 @@ def test_options_of_an_approach_that_does_not_run_are_said(slugs):
     assert slugs(solver={**solver, "approach": "smooth"}, friction__static=15) == {}
 
 
-def test_options_of_an_approach_are_left_alone_where_it_may_run(tmp_path):
+def slugs_of(scenario, **options):
+    """Return the slugs of the warnings on a scenario."""
+    return [warning.slug for warning in scenario_warnings(scenario, **options)]
+
+
+def test_options_of_an_approach_are_left_alone_where_it_may_run():
     """In a comparison, and where the command line chooses another approach than the file."""
-    file = tmp_path / "seat.yaml"
-    solver = {"approach": "smooth", "step": 2.5e-3, "smooth": {"form": "erf"}}
-    file.write_text(
-        dump(WORDS | {"solver": solver, "friction": {"law": "coulomb", "kinetic": 9}})
-    )
-    assert scenario_warnings(load(file, ["solver.approach=viscous", "friction=null"])) == ()
-    assert scenario_warnings(load(file, ["solver.approach=stick-slip"])) == ()
-    chosen = load(file, ["solver.approach=stick-slip", "solver.smooth.form=tanh"])
-    assert [one.slug for one in scenario_warnings(chosen)] == ["no-effect"]
-    assert scenario_warnings(chosen, compared=True) == ()
-    file.write_text(file.read_text().replace("approach: smooth", "approach: stick-slip"))
-    assert [one.slug for one in scenario_warnings(load(file))] == ["no-effect"]
-    table = compare(load(file), "smooth vs stick-slip").table
-    assert [one.slug for one in table.warnings if one.slug == "no-effect"] == []
+    friction = {"law": "coulomb", "kinetic": 9}
+    smooth = {"approach": "smooth", "step": 2.5e-3, "smooth": {"form": "erf"}}
+    file = WORDS | {"solver": smooth, "friction": friction}
+    chosen = ["solver.approach=stick-slip"]
+    assert slugs_of(drysim.scenario(file, ["solver.approach=viscous", "friction=null"])) == []
+    assert slugs_of(drysim.scenario(file, chosen)) == []
+    chosen = drysim.scenario(file, [*chosen, "solver.smooth.form=tanh"])
+    assert slugs_of(chosen) == ["no-effect"]
+    assert slugs_of(chosen, compared=True) == []
+    exact = drysim.scenario(file | {"solver": smooth | {"approach": "stick-slip"}})
+    assert slugs_of(exact) == ["no-effect"]
+    table = drysim.compare(exact, "smooth vs stick-slip").table
+    assert "no-effect" not in [warning.slug for warning in table.warnings]
 
 
-def test_option_that_stands_for_a_key_of_the_same_law_is_said(tmp_path):
-    file = tmp_path / "seat.yaml"
-    own = {"law": "coulomb", "kinetic": 15, "coulomb": {"kinetic": 30}}
-    dahl = {"kinetic": 9, "bristle_stiffness": 1e5}
-    file.write_text(dump(WORDS | {"friction": own | {"dahl": dahl}}))
-    (caution,) = scenario_warnings(load(file))
+def test_option_that_stands_for_a_key_of_the_same_law_is_said():
+    friction = {
+        "law": "coulomb", "kinetic": 15, "coulomb": {"kinetic": 30},
+        "dahl": {"kinetic": 9, "bristle_stiffness": 1e5},
+    }  # fmt: skip
+    file = WORDS | {"friction": friction}
+    (caution,) = scenario_warnings(drysim.scenario(file))
     sentence = "friction.kinetic has no effect: friction.coulomb.kinetic replaces it"
     assert caution.sentence == sentence
-    assert scenario_warnings(load(file, ["friction.law=dahl"])) == ()
-    assert scenario_warnings(load(file, ["friction.kinetic=null"])) == ()
+    assert slugs_of(drysim.scenario(file, ["friction.law=dahl"])) == []
+    assert slugs_of(drysim.scenario(file, ["friction.kinetic=null"])) == []
 
 
 def test_record_that_is_missing_in_options_of_another_law_is_said(slugs):
@@ -349,55 +323,43 @@ def test_record_that_is_missing_in_options_of_another_law_is_said(slugs):
     assert "the record does not exist" in slugs(friction=friction)["unread-record"]
 
 
-def test_force_of_zero_from_outside_is_no_slip(tmp_path):
+def test_force_of_zero_from_outside_is_no_slip():
     """It takes the friction of a file away for once, and its ratio with it."""
-    file = tmp_path / "seat.yaml"
-    file.write_text(
-        dump(WORDS | {"friction": {"law": "coulomb", "kinetic": 9, "static_ratio": 2}})
-    )
-    assert scenario_warnings(load(file, ["friction.kinetic=0"])) == ()
-    both = load(file, ["friction.kinetic=0", "friction.static_ratio=3"])
-    assert [one.slug for one in scenario_warnings(both)] == ["no-effect"]
+    file = WORDS | {"friction": {"law": "coulomb", "kinetic": 9, "static_ratio": 2}}
+    assert slugs_of(drysim.scenario(file, ["friction.kinetic=0"])) == []
+    both = ["friction.kinetic=0", "friction.static_ratio=3"]
+    assert slugs_of(drysim.scenario(file, both)) == ["no-effect"]
 
 
 def drawn_base(rng, frequency):
     """Return a shock of drawn length, or a sine near or at this natural frequency."""
     width = float(10.0 ** rng.uniform(-2.0, 0.5) / frequency)
     shock = {"kind": "shock", "pulse": "half-sine", "amplitude": 5.0, "duration": width}
-    sine = {
-        "kind": "harmonic",
-        "rms": 1.0,
-        "frequency": float(frequency * rng.uniform(0.5, 1.5)),
-    }
-    return [shock, sine, sine | {"frequency": frequency}][rng.integers(3)]
+    near = {"kind": "harmonic", "rms": 1.0, "frequency": frequency * rng.uniform(0.5, 1.5)}
+    return [shock, near, near | {"frequency": frequency}][rng.integers(3)]
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_the_travel_that_is_expected_is_not_exceeded(seed, tmp_path):
+def test_the_travel_that_is_expected_is_not_exceeded(seed):
     rng = np.random.default_rng([41, seed])
     frequency = float(10.0 ** rng.uniform(0.0, 2.0))
     base = drawn_base(rng, frequency)
+    damping = float(10.0 ** rng.uniform(-3.0, 0.3))
+    step = base.get("duration", 0.1 / frequency) / 100
     words = {
-        "oscillator": {
-            "mass": 5,
-            "natural_frequency": frequency,
-            "damping_ratio": float(10.0 ** rng.uniform(-3.0, 0.3)),
-        },
+        "oscillator": {"mass": 5, "natural_frequency": frequency, "damping_ratio": damping},
         "excitation": base,
-        "solver": {"step": float(base.get("duration", 0.1 / frequency)) / 100},
+        "solver": {"step": step},
         "checks": ["x_r_peak < 1e6 km"],
+        "measure": {"duration": step * 200} if base["kind"] == "shock" else {},
     }
-    if base["kind"] == "shock":
-        words["measure"] = {"duration": words["solver"]["step"] * 200}
-    file = tmp_path / "far.yaml"
-    file.write_text(json.dumps(words))
-    outcome = drysim.run(load(file))
+    outcome = drysim.run(drysim.scenario(words))
     [warning] = [each for each in outcome.warnings if each.slug == "implausible-length"]
     expected = float(warning.sentence.split(" m expected")[0].split()[-1])
     assert outcome.metrics["x_r_peak"] <= 1.05 * expected  # two digits
 
 
-def test_a_limit_that_one_case_of_a_sweep_may_reach_is_plausible(tmp_path):
+def test_a_limit_that_one_case_of_a_sweep_may_reach_is_plausible():
     words = {
         "oscillator": {"mass": 1, "natural_frequency": 10, "damping_ratio": 0.05},
         "excitation": {
@@ -406,14 +368,8 @@ def test_a_limit_that_one_case_of_a_sweep_may_reach_is_plausible(tmp_path):
         "solver": {"step": 1e-4},
         "measure": {"duration": 0.02},
         "sweep": {"srs": [2, 20, 160]},
-        "checks": ["x_r_peak < 1000 mm"],
     }  # fmt: skip
-    file = tmp_path / "srs.yaml"
-
-    def slugs():
-        file.write_text(json.dumps(words))
-        return [each.slug for each in drysim.sweep(load(file)).warnings]
-
-    assert "implausible-length" not in slugs()
-    words["checks"] = ["x_r_peak < 1000 m"]
-    assert "implausible-length" in slugs()
+    for limit, is_said in (("1000 mm", False), ("1000 m", True)):
+        table = drysim.sweep(drysim.scenario(words, {"checks": [f"x_r_peak < {limit}"]}))
+        slugs = [warning.slug for warning in table.warnings]
+        assert ("implausible-length" in slugs) is is_said

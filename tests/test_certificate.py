@@ -41,6 +41,7 @@ DURATION = 40.0
 """Length of a motion in radians of the natural frequency."""
 
 FAST, MANY = range(4), range(4, 100)
+SEEDS = [pytest.param(FAST, id="few"), pytest.param(MANY, id="many", marks=pytest.mark.slow)]
 """Seeds of the scenes in `make test` and in `make slow`."""
 
 WRONG = 1e-3
@@ -181,37 +182,26 @@ def states(trajectory):
     times = np.linspace(0.0, DURATION, 81)[1:-1].tolist()
     try:
         return np.array([trajectory.state(t)[:2] for t in times])
-    except (
-        ZeroDivisionError
-    ):  # a broken motion may slide at rest: plain Python has no nan there
+    except ZeroDivisionError:  # a broken motion may slide at rest, without nan in plain Python
         return np.full((len(times), 2), np.nan)
 
 
 # Right motions.
 
 
-def passes(name: str, seed: int) -> None:
-    """A right motion is certified in every window, and friction takes energy in each."""
-    trajectory, rng = solve(name, seed)
-    whole = measure(trajectory, (0.0, DURATION), None)
-    for window in [(0.0, DURATION), *np.sort(rng.uniform(0.0, DURATION, (3, 2))).tolist()]:
-        values = measure(trajectory, tuple(window), None)
-        assert values["energy_residual"] < CLOSES, (seed, window)
-        assert values["law_residual"] < CLOSES, (seed, window)
-        assert values["energy_friction"] >= -1e-13 * whole["energy_friction"], (seed, window)
-
-
+@pytest.mark.parametrize("seeds", SEEDS)
 @pytest.mark.parametrize("name", LAWS)
-def test_right_motion_is_certified_and_friction_only_takes_energy(name):
-    for seed in FAST:
-        passes(name, seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", LAWS)
-def test_many_right_motions_are_certified(name):
-    for seed in MANY:
-        passes(name, seed)
+def test_right_motion_is_certified_and_friction_only_takes_energy(name, seeds):
+    """In every window."""
+    for seed in seeds:
+        trajectory, rng = solve(name, seed)
+        whole = measure(trajectory, (0.0, DURATION), None)
+        for window in [(0.0, DURATION), *np.sort(rng.uniform(0.0, DURATION, (3, 2))).tolist()]:
+            values = measure(trajectory, tuple(window), None)
+            assert values["energy_residual"] < CLOSES, (seed, window)
+            assert values["law_residual"] < CLOSES, (seed, window)
+            taken = values["energy_friction"]
+            assert taken >= -1e-13 * whole["energy_friction"], (seed, window)
 
 
 # Motions broken on purpose.
@@ -236,15 +226,11 @@ def count_seen(name: str, seed: int) -> int:
     return seen
 
 
+@pytest.mark.parametrize("seeds", SEEDS)
 @pytest.mark.parametrize("name", LAWS)
-def test_motion_broken_on_purpose_is_not_certified(name):
-    assert sum(count_seen(name, seed) for seed in FAST) >= len(FAST)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", LAWS)
-def test_many_motions_broken_on_purpose_are_not_certified(name):
-    assert sum(count_seen(name, seed) for seed in MANY) >= len(MANY) / 2
+def test_motion_broken_on_purpose_is_not_certified(name, seeds):
+    seen = sum(count_seen(name, seed) for seed in seeds)
+    assert seen >= len(seeds) / (2 if seeds is MANY else 1)
 
 
 PAPER, BASE = Plant(75.0, 7500.0, 500.0), Sines((2.0,), (2.0,), (0.0,))
