@@ -10,12 +10,10 @@ import pytest
 from hang import no_hang
 from seat import rows_of
 
-from drysim.plots import sweep as sweep_plots
 from drysim.scenario.axes import count_points, decimal_geomspace, point_columns
 from drysim.scenario.load import load
 from drysim.study.plan import CaseRanges, approaches_of, solve_range
 from drysim.study.run import MotionCache
-from drysim.study.sweep import sweep
 from drysim.study.table import Quantiles
 
 HUGE = """\
@@ -84,33 +82,6 @@ def test_quantiles_do_not_depend_on_the_blocks():
     for name, value in whole.summary().items():
         assert value == pytest.approx(np.quantile(values, float(name)), rel=4e-3)
     assert Quantiles().summary() == {}
-
-
-def small(huge, **words):
-    """Return the huge sweep cut down."""
-    axes = {"excitation.frequency": [1, 2, 3], "friction.kinetic": [5, 15, 45]} | words
-    return load(huge, {"sweep": axes, "reference": "viscous"})
-
-
-def test_bands_hold_the_cases_that_they_say(huge):
-    table = sweep(small(huge))
-    bins = sweep_plots.Bins.of(table.axes[0])
-    found = sweep_plots.Histogram("T_a", bins, sweep_plots.Bins.of(table.axes[1]))
-    sweep_plots.count_cases(table.rows.batches, "stick-slip", [found])
-    rows = list(table.of("stick-slip"))
-    for at, f in enumerate((1.0, 2.0, 3.0)):
-        values = sorted(r.metrics["T_a"] for r in rows if r.point["excitation.frequency"] == f)
-        assert found.quantile(0.5)[at] == pytest.approx(values[1], rel=1e-2)
-        assert found.map[:, at].tolist() == pytest.approx(
-            [r.metrics["T_a"] for r in rows if r.point["excitation.frequency"] == f]
-        )
-
-
-def test_sample_is_drawn_as_bands(huge):
-    over = {"oscillator.mass": {"from": 60, "to": 90}}
-    sample = {"kind": "sobol", "count": 16, "seed": 1, "over": over}
-    assert sweep_plots.needs_quantiles(sweep(small(huge, sample=sample)))
-    assert not sweep_plots.needs_quantiles(sweep(small(huge)))
 
 
 SEEDS = {

@@ -13,9 +13,6 @@ from drysim.core.model import StrokeLimits
 from drysim.metrics.stroke import hourly_stroke
 from drysim.scenario.model import scene_period
 
-# The window of the metrics: its default, its periods, and what repeats.
-
-
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
 excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
@@ -107,17 +104,8 @@ def test_tail_of_rayleigh_peaks_is_continued_by_its_law():
 
 def test_gaussian_motion_meets_the_stroke_that_rice_gives(seat):
     noise = {"kind": "psd", "points": [[0.3, 1], [20, 1]], "duration": 900, "seed": 4}
-    metrics = drysim.run(
-        drysim.load(
-            seat,
-            {
-                "friction": None,
-                "excitation": noise,
-                "measure": {"settle": 5},
-                "stroke.limit": "30 mm",
-            },
-        )
-    ).metrics
+    scene = {"friction": None, "excitation": noise, "measure": {"settle": 5}}
+    metrics = drysim.run(drysim.load(seat, scene | {"stroke.limit": "30 mm"})).metrics
     sigma, rate = metrics["x_r_rms"], metrics["v_r_rms"] / metrics["x_r_rms"] / (2 * math.pi)
     assert metrics["crossing_rate"] == pytest.approx(rate, rel=0.03)
     beyond = 2 * rate * math.exp(-((0.03 / sigma) ** 2) / 2)
@@ -185,7 +173,7 @@ def test_many_cases_and_seeds_name_the_side_of_the_limit_that_is_too_small(seat)
     limits = {"up": "110 mm", "down": "42 mm"}
     words |= {"excitation": noise | {"seeds": 3}, "stroke.limit": limits}
     ensemble = drysim.run(drysim.load(seat, words))
-    assert "violations" not in slugs_of(ensemble)
+    assert "violations" not in [each.slug for each in ensemble.warnings]
     used = ensemble.metrics["stroke_once_an_hour_down"] / 0.042
     assert f"{100.0 * used:.3g} % of the lower limit" in too_short(ensemble)
     assert too_short(ensemble).endswith("mean of 3 seeds")
@@ -199,10 +187,6 @@ def test_many_cases_and_seeds_name_the_side_of_the_limit_that_is_too_small(seat)
     assert f"{100.0 * max(shares):.3g} % of the lower limit" in too_short(table)
 
 
-def slugs_of(outcome):
-    return [each.slug for each in outcome.warnings]
-
-
 @pytest.mark.parametrize(
     "several", [{"excitation.seeds": 3}, {"sweep": {"oscillator.mass": [75, 80]}}]
 )
@@ -214,8 +198,9 @@ def test_many_cases_and_seeds_warn_of_a_stroke_that_an_hour_exceeds(seat, severa
         command = drysim.sweep if "sweep" in several else drysim.run
         return command(drysim.load(seat, words | several | {"stroke.limit": limit}))
 
-    strokes = [m["stroke_once_an_hour"] for m in metrics_of(solved(1.0))]
-    peaks = [m["x_r_peak"] for m in metrics_of(solved(1.0))]
+    metrics = [row.metrics for row in solved(1.0).rows]
+    strokes = [m["stroke_once_an_hour"] for m in metrics]
+    peaks = [m["x_r_peak"] for m in metrics]
     stroke = max(strokes) if "sweep" in several else float(np.mean(strokes))
     assert max(peaks) < 0.98 * stroke
     sentence = too_short(solved(0.99 * stroke))
@@ -225,29 +210,9 @@ def test_many_cases_and_seeds_warn_of_a_stroke_that_an_hour_exceeds(seat, severa
     assert not too_short(solved(0.9 * min(peaks)))  # exceeded already
 
 
-def metrics_of(solved):
-    return [row.metrics for row in solved.rows]
-
-
 def test_stroke_that_suffices_knows_the_settling(seat):
-    slow = {
-        "friction": None,
-        "start": {"x_r": "50 mm"},
-        "measure": {"settle": 4, "duration": 1},
-    }
-    metrics = drysim.run(drysim.load(seat, slow)).metrics
+    slow = {"friction": None, "start": {"x_r": "50 mm"}}
+    times = {"measure": {"settle": 4, "duration": 1}}
+    metrics = drysim.run(drysim.load(seat, slow | times)).metrics
     assert metrics["stroke_suffices"] == 0.05 > metrics["x_r_peak"]
     assert metrics["stroke_once_an_hour"] is None
-
-
-def test_extrapolation_from_two_minutes_with_friction_holds_in_hours_of_the_same_noise(seat):
-    def metrics(seed, duration):
-        noise = {"kind": "standard", "class": "EM1", "duration": duration, "seed": seed}
-        words = {"excitation": noise, "friction.kinetic": 45, "measure": {}}
-        return drysim.run(drysim.load(seat, words | {"solver.step": 5e-3})).metrics
-
-    short = np.mean([metrics(seed, 120)["stroke_once_an_hour"] for seed in range(8)])
-    hours = [metrics(seed, 3600) for seed in (101, 102, 103)]
-    assert short == pytest.approx(np.mean([m["stroke_once_an_hour"] for m in hours]), rel=0.05)
-    # The greatest stroke of an hour lies about one mean excess above the one met once an hour.
-    assert short < np.mean([m["x_r_peak"] for m in hours]) < 1.2 * short

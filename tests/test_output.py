@@ -38,16 +38,14 @@ from drysim.study import compare as study_compare
 from drysim.study.statistics import FAILED, NOT_SETTLED, Row
 from drysim.study.table import Table
 
-# The files of a run: tables, picture, sidecar, and the folder that holds them.
-
-
 pytestmark = pytest.mark.usefixtures("place")
 
 
-def write(folder, made=None, **words):
-    options = {"plots": False, "command": "drysim run seat.yaml", "exit_code": 0}
+def write(folder, made=None, **options):
+    """Write a result into a folder; return what its sidecar says."""
+    options = {"plots": False, "command": "drysim run seat.yaml", "exit_code": 0} | options
     place = Path(folder) if isinstance(folder, str) else folder
-    return output.write(made or outcome(), place, **options | words)
+    return output.write(outcome() if made is None else made, place, **options)
 
 
 def columns(file):
@@ -226,62 +224,30 @@ def test_empty_folder_is_filled():
     assert "response.csv" in names("out")
 
 
-def foreign_folder():
-    Path("out").mkdir()
-    Path("out/thesis.txt").write_text("years of work")
-
-
-def foreign_json():
-    Path("out").mkdir()
-    Path("out/drysim.json").write_text('{"my": "notes"}')
-
-
-def notes_among_ours():
-    write("out")
-    Path("out/notes.txt").write_text("mine")
-
-
-def link_to_a_folder():
-    write("real")
-    Path("out").symlink_to("real")
-
-
-def link_to_nowhere():
-    Path("out").symlink_to("nowhere")
-
-
-def a_file():
-    Path("out").write_text("mine")
-
-
-def foreign_partial():
-    Path("out.partial").mkdir()
-    Path("out.partial/mine.txt").write_text("mine")
-
-
-def foreign_replaced():
-    Path("out.replaced").write_text("mine")
-
-
 @pytest.mark.parametrize(
-    ("plant", "sentence"),
+    ("folder", "file", "sentence"),
     [
-        (foreign_folder, "out was not written by drysim"),
-        (foreign_json, "out was not written by drysim"),
-        (notes_among_ours, "out holds notes.txt, which drysim did not write"),
-        (link_to_a_folder, "out is a symbolic link"),
-        (link_to_nowhere, "out is a symbolic link"),
-        (a_file, "out is a file, not a folder"),
-        (foreign_partial, "out.partial was not written by drysim"),
-        (foreign_replaced, "out.replaced is a file, not a folder"),
+        ("out", "out/thesis.txt", "out was not written by drysim"),
+        ("out", "out/drysim.json", "out was not written by drysim"),
+        ("ours", "ours/notes.txt", "ours holds notes.txt, which drysim did not write"),
+        ("out", "out", "out is a file, not a folder"),
+        ("out", "out.partial/mine.txt", "out.partial was not written by drysim"),
+        ("out", "out.replaced", "out.replaced is a file, not a folder"),
+        ("link", "", "link is a symbolic link"),
+        ("nowhere", "", "nowhere is a symbolic link"),
     ],
 )
-def test_what_is_not_ours_is_refused_and_stays(plant, sentence):
-    plant()
+def test_what_is_not_ours_is_refused_and_stays(folder, file, sentence):
+    write("ours")
+    Path("link").symlink_to("ours")
+    Path("nowhere").symlink_to("does not exist")
+    if file:
+        Path(file).parent.mkdir(exist_ok=True)
+        Path(file).write_text('{"my": "notes"}')
     before = tree(Path())
     for attempt in (output.check_writable, write):
         with pytest.raises(OutputError, match=sentence) as fault:
-            attempt(Path("out"))
+            attempt(Path(folder))
         assert "--out" in fault.value.hint
         assert fault.value.exit_code == 2
     assert tree(Path()) == before
@@ -350,11 +316,12 @@ def test_failure_while_writing_leaves_the_old_folder():
 def test_two_at_once_do_not_mix():
     with fresh(Path("out")) as partial:
         (partial / "response.csv").write_text("first")
-        with (
-            pytest.raises(OutputError, match="another drysim process is writing out"),
-            fresh(Path("out")),
-        ):
-            pass
+        for resume in (False, True):
+            with (
+                pytest.raises(OutputError, match="another drysim process is writing out"),
+                output.lock_partial(Path("out"), resume),
+            ):
+                pass
         write_marker(partial, '{"format": 1, "files": {"response.csv": ""}}')
     assert Path("out/response.csv").read_text() == "first"
 
@@ -547,22 +514,11 @@ def small(**words):
     return sweep(*axes(frequency=[1, 2, 4], rms=[0.5, 1.0]), **words)
 
 
-def tables_write(table, folder="out", **words):
-    options = {"plots": False, "command": "drysim sweep seat.yaml", "exit_code": 0}
-    target = folder if isinstance(folder, output.LockedFolder) else Path(folder)
-    return output.write(table, target, **options | words)
-
-
-def compare(made, **words):
-    options = {"plots": False, "command": "drysim compare", "exit_code": 0}
-    return output.write(made, Path("out"), **options | words)
-
-
 # tables
 
 
 def test_transmissibility_has_the_columns_of_the_contract():
-    tables_write(small())
+    write("out", small())
     data = Path("out/transmissibility.csv").read_bytes()
     assert data.decode().split("\n", 1)[0] == HEADER
     assert data.endswith(b"\n")
@@ -572,7 +528,7 @@ def test_transmissibility_has_the_columns_of_the_contract():
 
 def test_every_case_reads_back_to_the_last_bit_in_the_order_of_the_grid():
     table = small()
-    tables_write(table)
+    write("out", table)
     rows = rows_of("out/transmissibility.csv")
     assert len(rows) == len(table.rows) == 12
     for cells, row in zip(rows, table.rows, strict=True):
@@ -583,17 +539,13 @@ def test_every_case_reads_back_to_the_last_bit_in_the_order_of_the_grid():
         for name in ("a_u", "a_x", "T_a", "T_x", "x_r_rms", "x_r_peak", "closure"):
             (cell,) = (cells[key] for key in cells if key.split(" ")[0] == name)
             assert float(cell) == row.metrics[name], name
-    assert [row["excitation.frequency [Hz]"] for row in rows[:4]] == [
-        "1.0",
-        "2.0",
-        "4.0",
-        "1.0",
-    ]
+    frequencies = [row["excitation.frequency [Hz]"] for row in rows[:4]]
+    assert frequencies == ["1.0", "2.0", "4.0", "1.0"]
 
 
 def test_what_is_not_known_is_an_empty_cell():
     table = spoil(sweep(*axes(force=[0, 15], rms=[0.5]), limit=None), NOT_SETTLED, 1)
-    tables_write(table)
+    write("out", table)
     good, lost, reference = rows_of("out/transmissibility.csv")
     assert (lost["T_a [-]"], lost["status"]) == ("", "not settled")
     assert (good["stroke_used [-]"], good["violations [-]"]) == ("", "")
@@ -603,7 +555,7 @@ def test_what_is_not_known_is_an_empty_cell():
 
 def test_stroke_violations_name_the_cases_of_the_seat_and_not_of_its_reference():
     table = small(limit=0.015)
-    tables_write(table)
+    write("out", table)
     met = [row for row in table.own if row.metrics["violations"]]
     rows = rows_of("out/stroke_violations.csv")
     assert 0 < len(met) < len(table.own)
@@ -614,13 +566,13 @@ def test_stroke_violations_name_the_cases_of_the_seat_and_not_of_its_reference()
     for cells, row in zip(rows, met, strict=True):
         assert float(cells["excitation.frequency [Hz]"]) == row.point[FREQUENCY]
         assert float(cells["x_r_peak [m]"]) == row.metrics["x_r_peak"] >= 0.015
-    tables_write(small(limit=1.0))
+    write("out", small(limit=1.0))
     assert "stroke_violations.csv" not in names("out")
 
 
 def test_comparison_adds_the_deviation_from_the_reference():
     made = comparison(["signum", "stick-slip"], *axes(force=[15, 45], rms=[0.33, 0.67]), n=800)
-    compare(made)
+    write("out", made)
     header = Path("out/comparison.csv").read_text().split("\n", 1)[0]
     assert header.endswith(",stable [-],T_a_deviation [-]")
     rows = rows_of("out/comparison.csv")
@@ -656,7 +608,7 @@ def test_deviation_of_an_approach_without_friction_is_known_at_every_case():
 
 
 def test_comparison_of_one_case_has_no_swept_columns():
-    compare(orbits(["signum", "stick-slip"]))
+    write("out", orbits(["signum", "stick-slip"]))
     rows = rows_of("out/comparison.csv")
     assert list(rows[0])[:2] == ["approach", "F_fk [N]"]
     assert float(rows[0]["T_a_deviation [-]"]) > 0.2
@@ -684,7 +636,7 @@ def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path):
 
 def test_sidecar_of_a_sweep_tells_extremes_with_where():
     table = replace(small(), warnings=(WarningMessage("slug", "careful"),))
-    told = tables_write(table)
+    told = write("out", table)
     assert told == json.loads(Path("out/drysim.json").read_text())
     numerics, metrics = told["numerics"], told["metrics"]
     assert (numerics["approach"], numerics["reference"]) == ("stick-slip", "viscous")
@@ -703,7 +655,7 @@ def test_sidecar_of_a_sweep_tells_extremes_with_where():
 
 def test_sidecar_holds_what_all_cases_share():
     motion = record(700)
-    told = tables_write(replace(small(), motion=motion, numerics={"core": "orbit"}))
+    told = write("out", replace(small(), motion=motion, numerics={"core": "orbit"}))
     assert told["inputs"][0]["file"] == "road.csv"
     assert len(told["excitation"]["sha256"]) == 64
     assert told["numerics"]["core"] == "orbit"
@@ -714,7 +666,7 @@ def test_sidecar_of_a_sweep_names_the_case_that_decided_a_check():
     verdict = judgement(
         Check.parse("T_a < 1.2"), [(row.point, row.metrics) for row in table.own]
     )
-    told = tables_write(replace(table, checks=(verdict,)), exit_code=1)
+    told = write("out", replace(table, checks=(verdict,)), exit_code=1)
     (check,) = told["checks"]
     assert check["passed"] is False
     assert check["where"] == {FREQUENCY: 1.0, RMS: 1.0}
@@ -722,7 +674,7 @@ def test_sidecar_of_a_sweep_names_the_case_that_decided_a_check():
 
 
 def test_failed_case_marks_the_folder_as_incomplete():
-    told = tables_write(spoil(small(), FAILED, 2), exit_code=3)
+    told = write("out", spoil(small(), FAILED, 2), exit_code=3)
     assert told["complete"] is False
     assert told["numerics"]["statuses"] == {"ok": 11, "failed": 1}
     assert "transmissibility.csv" in names("out")
@@ -735,7 +687,7 @@ def test_sidecar_of_a_comparison_tells_the_verdict_and_the_worst_deviation():
         n=800,
         verdict=("off", "so"),
     )
-    told = compare(made)
+    told = write("out", made)
     assert told["verdict"] == ["off", "so"]
     assert told["numerics"]["approaches"] == ["signum", "stick-slip", "viscous"]
     assert told["numerics"]["yardstick"] == "stick-slip"
@@ -744,18 +696,6 @@ def test_sidecar_of_a_comparison_tells_the_verdict_and_the_worst_deviation():
     assert worst["where"] == {FORCE: 45.0, RMS: 0.33}
     assert "T_a_deviation" not in told["metrics"]["stick-slip"]
     assert told["inputs"][0]["file"] == "road.csv"
-
-
-def test_two_sweeps_differ_in_created_alone(monkeypatch):
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
-    tables_write(small(limit=0.015), "one", plots=True)
-    tables_write(small(limit=0.015), "two", plots=True)
-    assert names("one") == names("two") == [
-        "drysim.json", "scenario.yaml", "stroke.png", "stroke_violations.csv",
-        "transmissibility.csv", "transmissibility.png",
-    ]  # fmt: skip
-    for name in names("one"):
-        assert Path("one", name).read_bytes() == Path("two", name).read_bytes(), name
 
 
 # the folder that is worked in
@@ -773,15 +713,15 @@ def interrupted(cases=CASES, table=None):
     """Leave a sweep half done, as Ctrl-C does."""
     with output.lock_partial(Path("out")) as claim:
         keep(claim, cases)
-        return tables_write(small() if table is None else table, claim, exit_code=130)
+        return write(claim, small() if table is None else table, exit_code=130)
 
 
 def test_claim_is_finished_in_place_of_the_old_folder():
-    tables_write(small(), plots=True)
+    write("out", small(), plots=True)
     with output.lock_partial(Path("out")) as claim:
         assert claim.partial == Path("out.partial")
         keep(claim)
-        tables_write(small(limit=0.015), claim)
+        write(claim, small(limit=0.015))
     assert names(".") == ["out"]
     assert "stroke_violations.csv" in names("out")
     assert "transmissibility.png" not in names("out")
@@ -793,7 +733,7 @@ def test_claim_is_finished_in_place_of_the_old_folder():
 
 
 def test_interrupted_sweep_keeps_its_cases_and_the_old_folder():
-    tables_write(small())
+    write("out", small())
     told = interrupted()
     assert names(".") == ["out", "out.partial"]
     assert names("out.partial") == [
@@ -810,7 +750,7 @@ def test_resume_keeps_the_finished_cases_and_nothing_else():
     with output.lock_partial(Path("out"), resume=True) as claim:
         assert names(claim.partial) == ["cases", "drysim.json"]
         assert (claim.partial / "cases/000000.npz").read_text() == CASES
-        tables_write(small(), claim)
+        write(claim, small())
     assert names(".") == ["out"]
 
 
@@ -849,35 +789,11 @@ def test_full_disk_at_the_end_keeps_the_finished_cases(monkeypatch):
     def end():
         with output.lock_partial(Path("out")) as claim:
             keep(claim)
-            tables_write(small(), claim)
+            write(claim, small())
 
     with pytest.raises(OutputError, match="no space left"):
         end()
     assert names("out.partial") == ["cases", "drysim.json"]
-
-
-def test_foreign_partial_is_refused_and_stays():
-    Path("out.partial").mkdir()
-    Path("out.partial/cases.jsonl").write_text("mine")
-    with (
-        pytest.raises(OutputError, match=r"out\.partial was not written by drysim"),
-        output.lock_partial(Path("out"), resume=True),
-    ):
-        pass
-    assert Path("out.partial/cases.jsonl").read_text() == "mine"
-
-
-@pytest.mark.skipif(os.name == "nt", reason="folders cannot be locked there")
-def test_two_sweeps_at_once_do_not_mix():
-    with output.lock_partial(Path("out")) as claim:
-        keep(claim)
-        for resume in (False, True):
-            with (
-                pytest.raises(OutputError, match="another drysim process is writing out"),
-                output.lock_partial(Path("out"), resume),
-            ):
-                pass
-        assert (claim.partial / "cases/000000.npz").read_text() == CASES
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")

@@ -12,7 +12,7 @@ from periods import KINDS, changes_after, draw_steady_scene, true_period
 
 from drysim.approach.solution import Orbit
 from drysim.core.model import AnyState, CoulombLaw, PiecewiseLaw, State
-from drysim.orbits import coulomb, search
+from drysim.orbits import coulomb
 from drysim.orbits.return_map import PeriodicSystem
 from drysim.orbits.search import (
     OrbitConvergence,
@@ -69,15 +69,6 @@ def test_steady_motion_repeats_after_its_least_period(kind):
 def test_every_drawn_steady_motion_repeats_after_its_least_period(kind):
     for seed in range(150):
         assert_true_period(kind, seed, 150)
-
-
-def test_without_the_test_of_divisors_motions_that_swing_repeat_too_late(monkeypatch):
-    monkeypatch.setattr(search, "DIVISOR_RATIO", math.inf)
-    monkeypatch.setattr(search, "EXPLAINED_CHANGE", 0.0)
-    # A Newton step leads to the orbit before the motion swings in on it.
-    monkeypatch.setattr(OrbitConvergence, "newton", lambda *_: None)
-    swinging = [orbit_of(kind, seed)[1] for kind, seeds in SWINGS.items() for seed in seeds]
-    assert sum(orbit.periods > 1 for orbit in swinging) > len(swinging) // 2
 
 
 @pytest.mark.parametrize("turn", [1 / 2, 1 / 3, 1 / 4, 2 / 5])
