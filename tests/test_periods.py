@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,9 +20,7 @@ from drysim.orbits.search import (
     march_period,
     shortest_repetition,
 )
-from drysim.scenario.load import load
 from drysim.study.branches import branches
-from drysim.study.ensemble import run
 from drysim.study.run import closure_by_period
 
 REPEATS = 1e-8
@@ -41,8 +38,6 @@ SWINGS = {
 }
 """Drawn scenes that swing about their orbit: a motion of one period is within the tolerance of
 itself two to four periods earlier before it is of itself one period earlier."""
-
-CASES = Path(__file__).parents[2] / "shared" / "cases" / "numerics"
 
 
 def orbit_of(kind: str, seed: int) -> tuple[PeriodicSystem, Orbit]:
@@ -178,23 +173,17 @@ def test_motion_that_is_not_attracted_has_no_distance():
     assert math.isinf(fixed_point_distance(np.full((2, 2), np.nan), np.zeros(2), 1e-15))
 
 
-# Files that had two or three periods too many.
+SWINGING = """\
+oscillator: {mass: 75, stiffness: 7500, damping: {extension: 75, compression: 60.3}}
+friction: {law: coulomb, kinetic: {extension: 10.16, compression: 7.64}, static_ratio: 1.2}
+excitation: {kind: harmonic, frequency: 3.17, amplitude: 1.35}
+solver: {step: 1.5e-3}
+sweep: {friction.static_ratio: {from: 1.2, to: 1.5, count: 13}}
+"""
 
 
-@pytest.mark.skipif(not CASES.is_dir(), reason="needs the shared cases")
-def test_orbits_of_the_shared_cases_have_one_period():
-    files = sorted(CASES.glob("f5_*.yaml"))
-    assert len(files) >= 11
-    for file in files:
-        outcome = run(load(file))
-        assert (file.name, outcome.response.numerics.period_multiple) == (file.name, 1)
-        if file.stem == "f5_dirfree":
-            assert outcome.metrics["energy_viscous"] == pytest.approx(1.22e-3, rel=5e-3)
-
-
-@pytest.mark.skipif(not CASES.is_dir(), reason="needs the shared cases")
-def test_branches_of_a_motion_that_swings_are_one_stable_branch():
-    (branch,) = branches(load(CASES / "f5.yaml")).branches
+def test_branches_of_a_motion_that_swings_are_one_stable_branch(scenario):
+    (branch,) = branches(scenario(SWINGING)).branches
     assert branch.periods == 1
     assert branch.stable.all()
     assert branch.multipliers[0].imag.tolist() == [0.0, 0.0]

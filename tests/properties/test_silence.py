@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from law_scenes import halved
 
-from drysim import load, run
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import (
     BRISTLE,
@@ -26,8 +24,6 @@ from drysim.core.model import (
     StrokeLimits,
 )
 from drysim.metrics.table import measure
-
-CASES = Path(__file__).parents[3] / "shared" / "cases" / "numerics"
 
 FAST, SLOW = 6, 200
 """Scenes drawn of each kind."""
@@ -142,14 +138,3 @@ def test_a_start_from_silence_is_booked_as_it_is(law, stops, seed):
 def test_many_starts_from_silence_are_booked_as_they_are(law, stops):
     for seed in range(FAST, SLOW):
         check(law, stops, seed)
-
-
-@pytest.mark.skipif(not CASES.is_dir(), reason="needs the shared cases")
-@pytest.mark.parametrize(
-    ("name", "T_a", "a_x"), [("f2", 1.28254, None), ("f2b", 0.2107, 13.8994)]
-)
-def test_shared_cases_that_begin_in_silence_have_their_transmissibility(name, T_a, a_x):
-    metrics = run(load(CASES / f"{name}.yaml")).metrics
-    assert metrics["T_a"] == pytest.approx(T_a, rel=3e-4)
-    if a_x is not None:
-        assert metrics["a_x"] == pytest.approx(a_x, rel=1e-5)
