@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import time
 import wave
 
@@ -13,14 +14,11 @@ from drysim import system
 from drysim.core.model import blocks, max_abs
 from drysim.errors import RecordError
 from drysim.excitation.recorded import Record
-from drysim.records import columns as channels_module
 from drysim.records import columns as reader_module
 from drysim.records import text as cells_module
 from drysim.records.columns import LazySamples
+from fuzz.mutate import damaged
 from test_record_formats import at2, mat, mdf, rpc, tdms, uff, wav
-
-# Bad records of every format, at the command line: exit 2, and row, column or field named.
-
 
 VALUES = np.random.default_rng(1).normal(size=400)
 GIVEN = {"acc": VALUES, "b": VALUES}
@@ -193,7 +191,7 @@ SAMPLES = np.random.Generator(np.random.PCG64(5)).integers(-30_000, 30_000, (N, 
 @pytest.fixture
 def small(monkeypatch):
     """Make every record long: parts of a few bytes."""
-    monkeypatch.setattr(channels_module, "MAX_CACHED", 0)
+    monkeypatch.setattr(reader_module, "MAX_CACHED", 0)
     monkeypatch.setattr(reader_module, "READ_SIZE", 512)
     monkeypatch.setattr(cells_module, "PARSE_SIZE", 300)
 
@@ -266,11 +264,8 @@ def test_wav_that_changes_while_it_is_needed_is_refused(tmp_path, small, how):
 @pytest.mark.parametrize("tail", ["", "\n\n\n"])
 def test_long_text_is_read_by_parts_whatever_ends_its_lines(tmp_path, small, end, mark, tail):
     values = SAMPLES[:, 0] / 7.0
-    rows = [
-        "# a remark",
-        "n,u_dd [m/s2]",
-        *(f"{n},{x!r}" for n, x in enumerate(values.tolist())),
-    ]
+    rows = ["# a remark", "n,u_dd [m/s2]"]
+    rows += [f"{n},{x!r}" for n, x in enumerate(values.tolist())]
     rows.insert(700, "# another")
     text = mark + end.join(rows) + tail.replace("\n", end)
     (tmp_path / "r.csv").write_bytes(text.encode())
@@ -310,40 +305,19 @@ FILES = {
 }
 
 
-def damaged(whole, rng):
-    """Return a file with a few of the faults that disks, cables and editors make."""
-    part = bytearray(whole)
-    for _ in range(rng.integers(1, 4)):
-        at, length = int(rng.integers(len(part) + 1)), int(rng.integers(1, 9))
-        match rng.integers(5):
-            case 0:
-                del part[at:]
-            case 1:
-                part[at : at + length] = rng.bytes(length)
-            case 2:
-                del part[at : at + length]
-            case 3:
-                part[at:at] = rng.bytes(length)
-            case 4:
-                part[at : at + length] = [b"\0", b"\xff", b"9"][rng.integers(3)] * length
-    return bytes(part)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("file", "given"), FILES.items())
 def test_damaged_file_gives_a_motion_or_a_sentence(tmp_path, capfd, file, given):
     write, words = given
     write(tmp_path / file)
-    whole, rng = (tmp_path / file).read_bytes(), np.random.default_rng(3)
-    record = Record.model_validate(
-        {"kind": "record", "file": file, **words}, context={"folder": tmp_path}
-    )
-    assert len(record.motion().u_dd) == len(FUZZ_VALUES)
+    whole, dice = (tmp_path / file).read_bytes(), random.Random(3)
+    drawn = record(tmp_path, file=file, **words)
+    assert len(drawn.motion().u_dd) == len(FUZZ_VALUES)
     end, sentences = time.monotonic() + SECONDS, []
     for _ in range(TRIES):
-        (tmp_path / file).write_bytes(damaged(whole, rng))
+        (tmp_path / file).write_bytes(damaged([whole], dice))
         try:
-            assert np.isfinite(record.motion().u_dd).all()
+            assert np.isfinite(drawn.motion().u_dd).all()
         except RecordError as error:
             sentences.append(error.problem.sentence)
         if time.monotonic() > end:
