@@ -400,11 +400,7 @@ FAULTS = {
         "the header names 2 columns, but row 2 has 4; commas seem to be both delimiter "
         "and decimal mark: use decimal points, or semicolons as delimiter",
     ),
-    "skip": (
-        "a [g]\n1\n2\n",
-        {"skip": 3, "step": 1},
-        "`skip` skips 3 rows, and the file",
-    ),
+    "skip": ("a [g]\n1\n2\n", {"skip": 3, "step": 1}, "`skip` skips 3 rows, and the file"),
     "unknown unit": ("t,a [foo]\n0,1\n1,2\n", {"time": "t"}, "unknown unit `foo`"),
     "other dimension": ("t,a [kg]\n0,1\n1,2\n", {"time": "t"}, "not acceleration"),
     "two units": (ROWS, {"time": "t", "unit": "g"}, "the scenario says `unit: g`"),

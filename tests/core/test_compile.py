@@ -140,9 +140,7 @@ def settled(monkeypatch: pytest.MonkeyPatch, own_cache: Path) -> Callable[..., s
     return engine
 
 
-def test_short_job_stays_plain_and_a_long_one_is_compiled(
-    settled: Callable[..., str],
-) -> None:
+def test_short_job_stays_plain_and_a_long_one_is_compiled(settled: Callable[..., str]) -> None:
     assert settled(compile.MAX_PLAIN_STEPS) == compile.PLAIN
     assert settled(compile.MAX_PLAIN_STEPS + 1) == compile.COMPILED
 
@@ -219,9 +217,7 @@ assert calls and tuple(old) == tuple(new)
 """
 
 
-def test_first_run_of_a_session_is_plain_and_a_large_job_compiled(
-    tmp_path: Path,
-) -> None:
+def test_first_run_of_a_session_is_plain_and_a_large_job_compiled(tmp_path: Path) -> None:
     noise = "{kind: standard, class: EM3, duration: 5 s, seed: 1}"
     harmonic = "{kind: harmonic, frequency: 1.6, rms: 1.0}"
     (tmp_path / "seat.yaml").write_text(SEAT.replace(harmonic, noise))

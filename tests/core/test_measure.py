@@ -9,12 +9,7 @@ from segments import drawn_trajectory, every_segment, sampled_solution
 from drysim.approach.stick_slip import StickSlip
 from drysim.core import measure
 from drysim.core.measure import PRODUCTS, SUMS
-from drysim.core.model import (
-    CoulombLaw,
-    Plant,
-    Samples,
-    State,
-)
+from drysim.core.model import CoulombLaw, Plant, Samples, State
 from drysim.core.trajectory import integrate_segments
 
 

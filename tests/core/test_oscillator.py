@@ -319,9 +319,7 @@ def test_mass_of_too_little_energy_never_stops(kernel: SimpleNamespace, xi: floa
     assert min(told.values()) > 5
 
 
-def test_stop_of_a_creep_after_very_many_decays_is_found(
-    kernel: SimpleNamespace,
-) -> None:
+def test_stop_of_a_creep_after_very_many_decays_is_found(kernel: SimpleNamespace) -> None:
     # What a strong damper leaves falls as exp(-w s/c) from 1 towards -1/2.
     c, w, h = 1000.0, 1.0, 2000.0
     steps = kernel.oscillator.discretise_slip(c, w, h)

@@ -131,10 +131,7 @@ def split_run_equals_the_whole(scene: Scene) -> None:
         return
     first, second = halves(scene)
     trajectory, whole = first.trajectory(), scene.trajectory()
-    middle, mode = (
-        trajectory.state(first.end),
-        sign(int(trajectory.events.kind[-1])),
-    )
+    middle, mode = (trajectory.state(first.end), sign(int(trajectory.events.kind[-1])))
     rest = second._replace(x_r=middle.x_r, v_r=middle.v_r).trajectory()
     if sign(int(rest.events.kind[0])) != mode or hinges(scene, whole):
         return  # broken away but not moving yet: the state alone does not tell the mode

@@ -12,10 +12,7 @@ from reference import RTOL
 def load_of(law, t):
     """Return the normal force relative to its mean, and its rate, at time t [s]."""
     angle = law.omega * t + law.phase
-    return (
-        1.0 + law.variation * math.sin(angle),
-        law.variation * law.omega * math.cos(angle),
-    )
+    return (1.0 + law.variation * math.sin(angle), law.variation * law.omega * math.cos(angle))
 
 
 def march_contact(plant, law, base, duration, state=(0.0, 0.0), kinks=(), rtol=RTOL):
@@ -43,10 +40,7 @@ def march_contact(plant, law, base, duration, state=(0.0, 0.0), kinks=(), rtol=R
     while t < duration - 1e-12:
 
         def rates(t, y, mode=mode, x_0=x_0):
-            return [
-                y[1],
-                -base(t) - (k_x * y[0] + b * y[1] + force(mode, x_0, t, y[0])) / m,
-            ]
+            return [y[1], -base(t) - (k_x * y[0] + b * y[1] + force(mode, x_0, t, y[0])) / m]
 
         if mode == "free":
             events = [event(lambda t, y: load_of(law, t)[0], 1)]

@@ -18,32 +18,17 @@ EXPLAINED = {
         "else FLAT_EXPONENT ** (1.0 / law.exponent)",
     ): "a square root is a power, too, and is written for its speed",
     ("march.py", "while n < until and at <= full and count < full:"): SPARE,
-    (
-        "march.py",
-        "if stalled >= MAX_STALLED_EVENTS:",
-    ): "a hundred events do as well",
+    ("march.py", "if stalled >= MAX_STALLED_EVENTS:"): "a hundred events do as well",
     ("roots.py", "if low > 1.0:"): "a step that is shorter than it might be is as safe",
     (
         "roots.py",
         "return h - h * h * h * third / (6.0 * rate - (6.0 * curvature + 3.0 * third * h) * h)",
     ): "a part of fourth order, and the search ends where all of that order is nothing",
     ("roots.py", "max_omega = 1.0"): "a step that is shorter than it might be is as safe",
-    (
-        "compile.py",
-        "return kernel_of(function, forceinline=False)",
-    ): BUILT,
-    (
-        "compile.py",
-        "return kernel_of(function, forceinline=True)",
-    ): BUILT,
-    (
-        "modes.py",
-        "and QUASI_STATIC_RATIO * waves.values[at + OMEGA] ** -2 <= w",
-    ): STEADIER,
-    (
-        "modes.py",
-        "and QUASI_STATIC_RATIO / waves.values[at + OMEGA] ** 2 <= w",
-    ): STEADIER,
+    ("compile.py", "return kernel_of(function, forceinline=False)"): BUILT,
+    ("compile.py", "return kernel_of(function, forceinline=True)"): BUILT,
+    ("modes.py", "and QUASI_STATIC_RATIO * waves.values[at + OMEGA] ** -2 <= w"): STEADIER,
+    ("modes.py", "and QUASI_STATIC_RATIO / waves.values[at + OMEGA] ** 2 <= w"): STEADIER,
     ("modes.py", "return sign(v_r) if law.k_t * abs(v_r) >= rate else HOLD"): (
         "one that is as fast as its limit yields now or at the next instant"
     ),
@@ -72,10 +57,9 @@ EXPLAINED = {
     ("orbit.py", "scale = peak if peak > 0.0 else -1.0"): (
         "a mass that has not moved changes by nothing, whatever that is compared to"
     ),
-    (
-        "orbit.py",
-        "count if count < 0 else (LOG_FULL if reached <= length else OVERFLOW)",
-    ): ("a crowded case is solved once more by itself, and that says what it is"),
+    ("orbit.py", "count if count < 0 else (LOG_FULL if reached <= length else OVERFLOW)"): (
+        "a crowded case is solved once more by itself, and that says what it is"
+    ),
     ("oscillator.py", "q_11 = -(c * q_10 - w * q_9 / 10.0) / 11.0"): LAST,
     ("oscillator.py", "f[7] * a + g[7] * j, f[8] * a - g[8] * j,"): LAST,
     (
@@ -90,10 +74,7 @@ EXPLAINED = {
         "a log that is full to the last line stands for one that is too small"
     ),
     ("oscillator.py", "square = q[1] * q[1] + 4.0 * q[0] * q[2]"): GUESS,
-    (
-        "taylor.py",
-        "return 1.0, h, 0",
-    ): "no last term is read of bristles that have not settled",
+    ("taylor.py", "return 1.0, h, 0"): "no last term is read of bristles that have not settled",
     ("taylor.py", "for iterations in range(1, MAX_ITERATIONS - 1):"): (
         "bristles that have not settled after ten rounds are resolved in time: as exact, slower"
     ),
@@ -108,10 +89,7 @@ EXPLAINED = {
         "taylor.py",
         "return last, step, iterations, StepControl(time_scale, requested, 0, 1, stalled)",
     ): ("how long to wait before bristles are asked again is chosen for speed"),
-    (
-        "oscillator.py",
-        "steep, fast = dip_factor * dt, dip_factor * (0.25 * c - w * dt) * dt",
-    ): (
+    ("oscillator.py", "steep, fast = dip_factor * dt, dip_factor * (0.25 * c - w * dt) * dt"): (
         "a bound that is wider than need be: a spring bends a velocity above zero downwards, "
         "and dips come of bends upwards"
     ),
