@@ -606,9 +606,12 @@ def test_block_without_an_assess_block_is_required_as_before(tmp_path):
         ({"assess.measured.more_files": ["b.csv", "c.csv", "./b.csv"]},
          "names ./b.csv again; each run has its own file"),
         ({"assess.measured.x_dd": "sofa"}, "no column"),
-        ({"assess.measured.x_dd": "floor"}, "is the column `floor`, and so is x_dd"),
-        ({"assess.measured.x_r": {"column": "floor", "unit": "m"}}, "and so is x_r"),
-        ({"assess.axes": {"x": {"u_dd": "seat", "x_dd": "seat"}}}, "and so is x_dd"),
+        (
+            {"assess.measured.x_dd": 2},  # the floor, which u_dd names
+            "assess.measured.x_dd is column 2 (`floor [m/s2]`) of run.csv, and so is "
+            "assess.measured.u_dd: each needs its own",
+        ),
+        ({"assess.axes": {"x": {"x_dd": "seat"}}}, "and so is assess.measured.x_dd"),
         ({"assess.axes": {"z": {"x_dd": "seat"}}}, "assess.axes.z is the axis of `measured`"),
         ({"assess.axes": {"w": {"x_dd": "seat"}}}, "unknown key `w` in assess.axes"),
         ({"assess.axes": {"x": {"x_dd": "seat"}}, "measure": None},

@@ -1033,6 +1033,7 @@ def refused(drysim, folder, text, command="fit"):
 MEASURED = {
     "missing file": ("x_dd: x_dd, file: none.csv", "none.csv: the record does not exist"),
     "missing column": ("x_dd: x_ddd", "there is no column `x_ddd`; did you mean `x_dd`?"),
+    "same column": ("x_dd: x_dd, x_r: 2", "of run.csv, and so is fit.measured.x_dd: each"),
     "no unit": (
         "x_dd: {column: bare}",
         "column 6 (`bare`) has no unit; write `unit: m/s²` in the scenario's "

@@ -228,6 +228,19 @@ def _check_range(values: Signal, dt: float, display_path: str, name: str = "ü")
         )
 
 
+def find_column(record: Recorded) -> tuple[int, str]:
+    """Return the 0-based column of a record in its file, and its number with its name.
+
+    Raises
+    ------
+    RecordError
+        If the file cannot be read, or has no such column.
+    """
+    with _open_columns(record) as (columns, _):
+        index = _find_columns(record, columns)[0]
+        return index, columns.describe_column(index)
+
+
 @contextmanager
 def _open_columns(record: Recorded) -> Iterator[tuple[Columns, RecordFile]]:
     """Open the file of a record; errors about a symbolic link quote no line of its target."""
@@ -327,14 +340,13 @@ def _rms_before_and_after(
 
 def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, int]:
     """Return samples in SI (NaN where missing), their time grid and the 0-based column."""
-    time = None if record.time is None else columns.find(record.time)
     spacing_key = record.time or record.rate or record.step
     file_spacing = (
         columns.file_spacing(i) or columns.time_column(i) is not None for i in columns.series()
     )
     if not (spacing_key or any(file_spacing)):
         raise missing_spacing_error(columns)
-    index = data_column(columns, record.column or record.channel, time)
+    index, time = _find_columns(record, columns)
     time, spacing = _sample_times(record, columns, index, time)
     options = record.unit, record.full_scale, record.quantity, record.block
     unit = column_factor(columns, index, *options)
@@ -360,6 +372,12 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
         sentence = f"{columns.describe_column(index)} is both `time` and `{columns.key}`"
         raise columns.error(f"{sentence}: select the samples; there are: {columns.names()}")
     return values, grid, index
+
+
+def _find_columns(record: Recorded, columns: Columns) -> tuple[int, int | None]:
+    """Return the 0-based columns of the samples and, if the record names it, of the times."""
+    time = None if record.time is None else columns.find(record.time)
+    return data_column(columns, record.column or record.channel, time), time
 
 
 def _without_codes(record: Recorded, columns: Columns, index: int, values: Signal) -> Signal:

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from drysim.block import Block, InvalidValue
 from drysim.quantity import Quantity
-from drysim.scenario.fit import ChannelOption, Measurements
+from drysim.scenario.fit import ChannelOption, ChannelRecord, Measurements
 from drysim.scenario.keys import get_block
 
 ASSESS_KEY = "assess"
@@ -60,18 +60,6 @@ class MeasuredRuns(Measurements):
                 rule = f"names {file} again; each run has its own file"
                 raise InvalidValue(rule, "more_files", i)
         return self
-
-    def check_channel(self, name: str) -> None:
-        """Raise InvalidValue for a channel that is no record, or that is the base."""
-        super().check_channel(name)
-        base, channel = self.u_dd, getattr(self, name)
-        if name == "u_dd" or base is None:
-            return
-        for key in ("column", "channel"):
-            place = getattr(base, key)
-            if place is not None and place == getattr(channel, key):
-                rule = f"is the {key} `{place}`, and so is {name}: each needs its own"
-                raise InvalidValue(rule, "u_dd")
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -124,7 +112,7 @@ class Assess(Block):
 
     @model_validator(mode="after")
     def _check_axes(self) -> Self:
-        for name in self.axes.names if self.axes else ():
+        for name in self.axis_names:
             of_axis = self.along(name)
             for channel in of_axis.channels:
                 try:
@@ -132,6 +120,23 @@ class Assess(Block):
                 except InvalidValue as fault:
                     raise InvalidValue(str(fault), "axes", name, *fault.path) from None
         return self
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """Names of the axes besides that of `measured`."""
+        return self.axes.names if self.axes else ()
+
+    @property
+    def channels(self) -> dict[str, ChannelRecord]:
+        """The channels of the first run along all axes, by their keys in the scenario."""
+        channels = self.measured.records
+        for axis in self.axis_names:
+            of_axis = self.along(axis)
+            channels |= {
+                f"{ASSESS_KEY}.axes.{axis}.{name}": of_axis.record(name)
+                for name in of_axis.channels
+            }
+        return channels
 
     def along(self, axis: str) -> MeasuredRuns:
         """Return the measurement along another axis."""

@@ -202,6 +202,11 @@ class Measurements(InFile):
         """Names of the measured channels."""
         return tuple(name for name in self.quantities if getattr(self, name) is not None)
 
+    @property
+    def records(self) -> dict[str, ChannelRecord]:
+        """The channels as records, by their keys in the scenario."""
+        return {f"{self.path_of_block}.{name}": self.record(name) for name in self.channels}
+
     def record(self, name: str) -> ChannelRecord:
         """Return a channel as a record."""
         shared = self.model_dump(

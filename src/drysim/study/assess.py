@@ -43,7 +43,13 @@ from drysim.scenario.warnings import weighting_warnings
 from drysim.study.assess_faults import fault_warning
 from drysim.study.budget import case_cost
 from drysim.study.case import Case
-from drysim.study.fit_model import GRID_TOLERANCE, Measurement, as_base_motion, read_measurement
+from drysim.study.fit_model import (
+    GRID_TOLERANCE,
+    Measurement,
+    as_base_motion,
+    check_columns,
+    read_measurement,
+)
 from drysim.study.outcome import Result, count_verdicts, format_repr
 from drysim.study.preparation import (
     assemble,
@@ -304,11 +310,12 @@ def prepare_runs(scenario: Scenario) -> tuple[list[PreparedRun], list[PreparedRu
     """
     require_assess(scenario)
     require_bases(scenario)
-    files, axes = assess_of(scenario).measured.files, assess_of(scenario).axes
-    names = axes.names if axes else ()
+    block = assess_of(scenario)
+    files, names = block.measured.files, block.axis_names
     with locating_records(scenario):
         runs = [prepare_run(scenario, "", file) for file in files]
         others = [prepare_run(scenario, axis, file) for axis in names for file in files]
+        check_columns(scenario, block.channels, has_base=block.measured.u_dd is None)
     first, *rest = [run.measurement for run in runs]
     for run, measurement in zip(runs[1:], rest, strict=True):
         if abs(measurement.dt / first.dt - 1.0) > GRID_TOLERANCE:

@@ -27,7 +27,7 @@ from drysim.records import SI
 from drysim.records.clean import Series
 from drysim.records.columns import record_error
 from drysim.records.level import Level, is_gravity, measure_level
-from drysim.records.record import read_samples, read_series
+from drysim.records.record import find_column, read_samples, read_series
 from drysim.scenario.fit import (
     DEFAULT_HOLD_OUT,
     DELAY_KEY,
@@ -682,6 +682,7 @@ def build_model(scenario: Scenario) -> FitModel:
         )
         raise scenario.error(sentence, "excitation")
     with locating_records(scenario):
+        check_columns(scenario, fit.measured.records, has_base=not fit.measured.is_rig)
         measurement = (
             read_rig(fit, motion)
             if fit.measured.is_rig
@@ -777,6 +778,33 @@ def as_base_motion(channel: ChannelRecord, options: Mapping[str, Any]) -> Record
     context = {"folder": channel.path.parent, "block": channel.block}
     record = Record.model_validate({**document, "kind": "record", **options}, context=context)
     return record.model_copy(update={"file": channel.path.name})
+
+
+def check_columns(
+    scenario: Scenario, channels: Mapping[str, ChannelRecord], has_base: bool
+) -> None:
+    """Raise a ScenarioError if two channels are the same column of a file.
+
+    One may name the column and the other one number it: only the file can tell.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    channels : mapping
+        By their keys.
+    has_base : bool
+        Whether the base is the excitation.
+    """
+    from drysim.excitation.recorded import Record
+
+    base, keys = scenario.excitation, dict[tuple[object, ...], str]()
+    bases = {"excitation": base} if has_base and isinstance(base, Record) else {}
+    for key, record in {**bases, **channels}.items():
+        index, column = find_column(record)
+        other = keys.setdefault((record.path, record.rows, index), key)
+        if other != key:
+            sentence = f"{key} is {column} of {record.named}, and so is {other}"
+            raise scenario.error(f"{sentence}: each needs its own", key)
 
 
 def read_measurement(
