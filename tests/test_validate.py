@@ -103,6 +103,14 @@ def test_warning_about_a_record_stands_at_its_file():
     assert line.strip() == "measured:"
 
 
+def test_faults_of_measured_channels_are_found_without_an_assessment():
+    swapped = {"assess.measured.x_dd": "floor", "excitation.column": "seat"}
+    problems = validate(str(GALLERY / "assess-seat.yaml"), swapped)
+    (warning,) = (problem for problem in problems if problem.severity == "warning")
+    assert warning.sentence.startswith("base and mass seem to be swapped")
+    assert warning.key == "assess.measured"
+
+
 def test_every_key_to_blame_is_one_of_a_known_warning():
     slugs = {entry.word for entry in entries() if entry.kind == WARNING}
     assert KEYS_BY_WARNING.keys() <= slugs

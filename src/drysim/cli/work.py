@@ -170,10 +170,14 @@ def fit_plan(model: FitModel, folder: Path) -> Plan:
 
 def assess_plan(scenario: Scenario, folder: Path) -> Plan:
     """Return what an assessment would evaluate."""
-    from drysim.study.assess import prepare_runs
+    from drysim.study import assess
 
-    runs = [run for runs in prepare_runs(scenario) for run in runs]
-    all_warnings = [warning for run in runs for warning in run.measurement.warnings]
+    first_axis, others = assess.prepare_runs(scenario)
+    runs = [*first_axis, *others]
+    all_warnings = [
+        *assess.records_warnings(runs, assess.segment_of(first_axis)),
+        *assess.check_warnings(scenario),
+    ]
     warnings = tuple({warning.sentence: warning for warning in all_warnings}.values())
     lines = [
         f"{run.name}: {format_count(len(run.measurement.t), 'sample')}, "

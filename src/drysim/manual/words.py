@@ -293,13 +293,16 @@ OTHER_BLOCKS = ("friction.normal_record.",)
 """Blocks that repeat the keys of another block; their keys are listed last."""
 
 FIT_WARNINGS = {
-    "at-bound", "bad-fit", "measurement-cut", "not-determined", "residuals-not-white",
-    "start-differs", "starts-disagree",
+    "at-bound", "bad-fit", "not-determined", "residuals-not-white", "start-differs",
+    "starts-disagree",
 }  # fmt: skip
 """Warnings of `drysim fit` only."""
 
-ASSESS_WARNINGS = {"channels-suspect", "runs-disagree"}
+ASSESS_WARNINGS = {"runs-disagree"}
 """Warnings of `drysim assess` only."""
+
+MEASUREMENT_WARNINGS = {"channels-suspect", "measurement-cut"}
+"""Warnings about measured channels, which `drysim validate` finds."""
 
 WARNING_EXAMPLE = "drysim {command} FILE --strict    # a warning makes the exit code 1"
 
@@ -369,6 +372,7 @@ def _table_entries(kind: str, rows: Sequence[tuple[str, str]]) -> Iterator[Entry
         else:
             command = "fit" if word in FIT_WARNINGS else "run"
             command = "assess" if word in ASSESS_WARNINGS else command
+            command = "validate" if word in MEASUREMENT_WARNINGS else command
             example = WARNING_EXAMPLE.format(command=command) if kind == WARNING else ""
             yield Entry(word, kind, fields[0], example=example)
 

@@ -231,7 +231,7 @@ def assess(scenario: Scenario) -> AssessResult:
         If the scenario has no assess block.
     """
     prepared, other_prepared = prepare_runs(scenario)
-    segment = min(segment_length(run.case) for run in prepared)
+    segment = segment_of(prepared)
     runs = tuple(
         evaluate_run(run, segment)._replace(repeats=earlier_run(run, prepared[:i]))
         for i, run in enumerate(prepared)
@@ -249,11 +249,10 @@ def assess(scenario: Scenario) -> AssessResult:
         metrics[name] = max((value for value in values if value is not None), default=None)
     modelled = [run._replace(metrics=run.model) for run in runs if run.model is not None]
     warnings = [
-        warning
-        for source, run in zip(all_prepared, all_runs, strict=True)
-        for warning in run_warnings(source, run, len(all_runs) > 1)
+        *records_warnings(all_prepared, segment),
+        *agreement_warnings(scenario, runs),
+        *check_warnings(scenario),
     ]
-    warnings += [*agreement_warnings(scenario, runs), *check_warnings(scenario)]
     inputs = [record for run in all_prepared for record in run.inputs]
     return AssessResult(
         scenario=scenario,
@@ -326,6 +325,11 @@ def prepare_runs(scenario: Scenario) -> tuple[list[PreparedRun], list[PreparedRu
             )
             raise record_error(run.file, sentence)
     return runs, others
+
+
+def segment_of(runs: Sequence[PreparedRun]) -> float:
+    """Return the length of the segments of the spectra of several runs [s]."""
+    return min(segment_length(run.case) for run in runs)
 
 
 # One run
@@ -612,7 +616,23 @@ def band_of_coherence(transfer: TransferEstimate) -> tuple[Floats, Floats]:
 # Warnings
 
 
-def run_warnings(prepared: PreparedRun, run: Run, is_named: bool) -> Iterator[WarningMessage]:
+def records_warnings(runs: Sequence[PreparedRun], segment: float) -> Iterator[WarningMessage]:
+    """Yield what the records themselves show, such as channels that are exchanged.
+
+    Parameters
+    ----------
+    runs : sequence of PreparedRun
+        Along all axes.
+    segment : float
+        Length of the segments of the spectra [s].
+    """
+    for run in runs:
+        yield from run_warnings(run, run.transfer_to("x_dd", segment), len(runs) > 1)
+
+
+def run_warnings(
+    prepared: PreparedRun, transfer: TransferEstimate | None, is_named: bool
+) -> Iterator[WarningMessage]:
     """Yield the warnings about a run, with its file and axis if there are several."""
     motion, where = prepared.motion, f"{prepared.name}: " * is_named
     base = prepared.case.scenario.excitation
@@ -621,13 +641,13 @@ def run_warnings(prepared: PreparedRun, run: Run, is_named: bool) -> Iterator[Wa
     warnings = [each for each in motion.warnings if joins or each.slug != INTERPOLATED]
     warnings += prepared.measurement.warnings
     warnings += weighting_warnings(prepared.case.scenario, motion)
-    if run.transfer is not None:
-        warnings += spectra_warnings(prepared.case, run.transfer)
-        stroke = prepared.transfer_to("x_r", run.transfer.segment)
+    if transfer is not None:
+        warnings += spectra_warnings(prepared.case, transfer)
+        stroke = prepared.transfer_to("x_r", transfer.segment)
         assert prepared.u_dd is not None, "a transmissibility has a base"
         x_dd, dt = prepared.measurement.channels["x_dd"], prepared.measurement.dt
         u_dd, x_dd = (series[prepared.part] for series in (prepared.u_dd, x_dd))
-        if fault := fault_warning(u_dd, x_dd, dt, run.transfer, stroke):
+        if fault := fault_warning(u_dd, x_dd, dt, transfer, stroke):
             warnings.append(fault)
     names = {source.file for source in prepared.inputs} | {prepared.file}
     for warning in warnings:

@@ -66,6 +66,9 @@ KEY = re.compile(r"\b[a-z]\w*(?:\.\w+)+")
 LISTED = ("checks.", "design.within.")
 """Keys of entries whose text may name other keys."""
 
+MEASURED = "measured"
+"""The channels of a fit or of an assessment."""
+
 KEYS_BY_WARNING = {
     "will-not-move": "friction",
     "left-out": "solver.approach",
@@ -81,7 +84,8 @@ KEYS_BY_WARNING = {
     "displacement-ends": "excitation.file",
     "coarse-record": "excitation.file",
     "sweep-changes-nothing": "sweep",
-    "measurement-cut": "fit.measured",
+    "channels-suspect": MEASURED,
+    "measurement-cut": MEASURED,
 }
 """Keys to look at for warnings whose sentences name none."""
 
@@ -93,15 +97,16 @@ def locate_warning(scenario: Scenario, warning: WarningMessage, file: str) -> Pr
     """Return a warning as a problem at the key that it is about, if the file has its block."""
     document = scenario.document
     blocks = document.value if document else {}
-    record = "fit.measured" if scenario.fit else "excitation.file"
-    record = record if "excitation" in blocks else "assess.measured"
+    measured = "fit.measured" if scenario.fit else "assess.measured"
+    record = "excitation.file" if "excitation" in blocks and not scenario.fit else measured
+    key = KEYS_BY_WARNING.get(
+        warning.slug, record if warning.slug.startswith(RECORD_WARNING) else ""
+    )
     keys = [
         *(key for key in warning.numbers if key.startswith(LISTED)),
         *KEY.findall(warning.sentence),
         *warning.numbers,
-        KEYS_BY_WARNING.get(
-            warning.slug, record if warning.slug.startswith(RECORD_WARNING) else ""
-        ),
+        measured if key == MEASURED else key,
     ]
     for key in keys:
         path = tuple(key.split("."))
@@ -145,13 +150,15 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[WarningMessag
         warned += measured.warnings
         scenario = without_fit_checks(scenario)
     if scenario.assess is not None:
-        from drysim.study.assess import prepare_runs
+        from drysim.study import assess
 
-        for run in (each for runs in prepare_runs(scenario) for each in runs):
+        runs, others = assess.prepare_runs(scenario)
+        for run in (*runs, *others):
             t = run.measurement.t
             span = f"{len(t)} samples over {float(t[-1] - t[0]):.6g} s"
             notes.append(f"assessed: {run.name}, {span}")
-            warned += run.measurement.warnings
+        warned += assess.records_warnings([*runs, *others], assess.segment_of(runs))
+        warned += assess.check_warnings(scenario)
     cases = []
     if scenario.design is not None:
         from drysim.study.design import prepare_design
