@@ -226,21 +226,26 @@ def test_worker_of_a_local_cluster_that_is_killed_costs_nothing(tmp_path):
     assert table(tmp_path / "out") == table(tmp_path / "whole")
 
 
-def test_block_that_ends_the_last_worker_is_said_even_in_quiet(tmp_path):
+@pytest.fixture
+def deadly(tmp_path, monkeypatch):
+    """Write a sweep with a block that ends its worker, and let the workers begin so."""
     words = ORBITS.replace("reference: viscous\n", "").replace("count: 300", "count: 1000")
     (tmp_path / "deadly.yaml").write_text(words)
     (tmp_path / "deadly.py").write_text(DEADLY)
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setenv("PYTHONPATH", f"{tmp_path}:{os.environ.get('PYTHONPATH', '')}")
-        patched.setenv("DASK_DISTRIBUTED__WORKER__PRELOAD", "deadly")
-        with Machines(tmp_path, nanny=False) as far:
-            running = subprocess.Popen(
-                command("sweep", "deadly.yaml", *QUIET, "-o", "out", "--cluster", far.address),
-                cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=HEARD,
-            )  # fmt: skip
-            said = running.stderr.readline()
-            running.send_signal(signal.SIGINT)
-            last = running.communicate(timeout=PATIENCE)[1]
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{os.environ.get('PYTHONPATH', '')}")
+    monkeypatch.setenv("DASK_DISTRIBUTED__WORKER__PRELOAD", "deadly")
+    return ("sweep", "deadly.yaml", "-o", "out")
+
+
+def test_block_that_ends_the_last_worker_is_said_even_in_quiet(tmp_path, deadly):
+    with Machines(tmp_path, nanny=False) as far:
+        running = subprocess.Popen(
+            command(*deadly, *QUIET, "--cluster", far.address),
+            cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=HEARD,
+        )  # fmt: skip
+        said = running.stderr.readline()
+        running.send_signal(signal.SIGINT)
+        last = running.communicate(timeout=PATIENCE)[1]
     assert f"the scheduler at {far.address} has no worker left" in said
     assert f"dask worker {far.address}" in said
     assert running.returncode == 130
@@ -272,21 +277,16 @@ def test_interrupted_client_leaves_what_can_be_resumed(tmp_path, far):
         shutil.rmtree(tmp_path / "out")
 
 
-def test_block_that_ends_its_workers_is_named_and_all_others_are_finished(tmp_path):
-    words = ORBITS.replace("reference: viscous\n", "").replace("count: 300", "count: 1000")
-    (tmp_path / "deadly.yaml").write_text(words)
-    (tmp_path / "deadly.py").write_text(DEADLY)
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setenv("PYTHONPATH", f"{tmp_path}:{os.environ.get('PYTHONPATH', '')}")
-        patched.setenv("DASK_DISTRIBUTED__WORKER__PRELOAD", "deadly")
-        with Machines(tmp_path) as far:
-            code, said = answer(
-                tmp_path, "sweep", "deadly.yaml", "-o", "out", "--cluster", far.address
-            )
+def test_block_that_ends_its_workers_is_named_and_all_others_are_finished(
+    tmp_path, deadly, monkeypatch
+):
+    with Machines(tmp_path) as far:
+        code, said = answer(tmp_path, *deadly, "--cluster", far.address)
     assert code == 3
     assert "1 of the blocks crash every worker that computes them: 2" in said
     assert blocks_in(tmp_path / "out.partial") == 5
-    assert answer(tmp_path, "sweep", "deadly.yaml", "-o", "out", "--resume") == (0, "")
+    monkeypatch.undo()
+    assert answer(tmp_path, *deadly, "--resume") == (0, "")
 
 
 DEADLY = """
