@@ -315,6 +315,7 @@ def judge(
         where = f" ({', '.join(lost)})" if lost else ""
         faults.append(f"The result is incomplete: the numerics failed in some cases{where}.")
     checks = [check.passed for check in summary.checks]
+    is_judged = any(passed is not None for passed in checks)
     failed, skipped = checks.count(False), checks.count(None)
     every = format_count(len(checks), "check")
     sentence = (
@@ -344,7 +345,7 @@ def judge(
         faults.insert(0, DAMAGED)
     lines = [*faults, *([] if objections or sentence in faults else [sentence])]
     if reservations and not faults:
-        passed = "Passed, with reservations" if checks else "No verdict, and reservations"
+        passed = "Passed, with reservations" if is_judged else "No verdict, and reservations"
         if failed:
             passed = "An admissible case is known, with reservations"
         lines.insert(0, f"{passed}: {'; '.join(reservations)}.")
