@@ -590,6 +590,14 @@ def test_only_assess_needs_no_oscillator(tmp_path):
         drysim.assess(drysim.scenario(SEAT))
 
 
+def test_report_without_a_model_says_nothing_of_one(tmp_path):
+    record = seat_record()
+    for changes, has_model in (({}, False), (MODEL, True)):
+        page = drysim.report(assess(tmp_path, changes, run=record))
+        for word in ("dry-friction contact", "F_fk", "What was computed"):
+            assert (word in page) == has_model
+
+
 def test_block_without_an_assess_block_is_required_as_before(tmp_path):
     with pytest.raises(drysim.ScenarioError) as fault:
         drysim.scenario("measure: {direction: vertical}\n")

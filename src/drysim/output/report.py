@@ -52,7 +52,8 @@ Lines = Iterator[tuple[str, str]]
 
 TEMPLATE = "report.html.jinja"
 
-SYMBOLS = ("m, k_x, b", "f_0, ξ", "F_fk", "F_fs", "x_r", "ü", "T_a", "T_x")
+MODEL_SYMBOLS = "m, k_x, b", "f_0, ξ", "F_fk", "F_fs"
+SYMBOLS = "x_r", "ü", "T_a", "T_x"
 """Symbols that the page explains, those of one meaning together."""
 
 MAX_SCENARIO, MAX_LISTED = 100_000, 300
@@ -155,6 +156,8 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
     rows = [(row, meaning_of_row(row, fields)) for group in summary.groups for row in group]
     parts = (summary, *summary.parts)
     tables = list(metric_tables(fields))
+    # An evaluation of measurements may have none.
+    has_model = fields.get("assess", {"model": True})["model"] is not None
     # A bench and the hard cases have several scenarios.
     scenarios = [case["scenario"] for case in fields.get("cases", [fields])]
     return environment.get_template(TEMPLATE).render(
@@ -170,7 +173,11 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
         version=drysim.__version__,
         what=kind.what,
         is_sheet=kind.is_sheet,
-        symbols=[(symbol, meanings(symbol.partition(",")[0])) for symbol in SYMBOLS],
+        has_model=has_model,
+        symbols=[
+            (symbol, meanings(symbol.partition(",")[0]))
+            for symbol in (*MODEL_SYMBOLS * has_model, *SYMBOLS)
+        ],
         most=MAX_LISTED,
         state=state,
         mark=MARKS[state],

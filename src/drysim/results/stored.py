@@ -43,6 +43,8 @@ def describe_metrics(fields: Mapping[str, Any]) -> str:
     if "ensemble" in fields:
         seeds = fields["ensemble"]["seeds"]
         return f"mean, its 95 % interval, range and quantiles over {seeds} seeds"
+    if fields["kind"] == "assess":
+        return "of the measured samples; of several runs the mean, or the largest peak"
     if fields["kind"] not in ("sweep", "comparison"):
         return ""
     approach = numerics.get("approach")
