@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from segments import drawn_trajectory, every_segment, sampled_solution
+from segments import as_arrays, drawn_trajectory, every_segment, sampled_solution
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core import measure
@@ -45,7 +45,8 @@ def test_sums_over_runs_are_the_quadrature_of_all_segments_of_long_motions(seed)
 @pytest.mark.parametrize("seed", range(24))
 def test_numpy_and_the_kernel_sum_the_same(plain, fast, seed):
     samples = 150
-    solution = sampled_solution(drawn_trajectory(np.random.default_rng(seed), samples))
+    drawn = drawn_trajectory(np.random.default_rng(seed), samples)
+    solution = as_arrays(sampled_solution(drawn))
     steps, window = (0, samples - 1), (0.0, (samples - 1) * solution.scene.dt)
     by_numpy, by_kernel = (
         core.measure.measure(solution, steps, window) for core in (plain, fast)

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from segments import drawn_trajectory, sampled_solution
+from segments import as_arrays, drawn_trajectory, sampled_solution
 
 from drysim.core import trajectory
 
@@ -67,7 +67,8 @@ def test_rule_is_that_of_numpy(name, points):
 def test_both_engines_write_the_same_points_and_no_velocity_at_rest(
     plain: SimpleNamespace, fast: SimpleNamespace, seed: int
 ) -> None:
-    solution = sampled_solution(drawn_trajectory(np.random.default_rng(seed), 150))
+    drawn = drawn_trajectory(np.random.default_rng(seed), 150)
+    solution = as_arrays(sampled_solution(drawn))
     count, written = len(solution.scene.u_dd), []
     for core in (plain, fast):
         x_r, v_r, *others = np.empty((6, count))

@@ -71,3 +71,10 @@ def drawn_trajectory(rng: np.random.Generator, samples: int):
 def sampled_solution(trajectory) -> SampledSolution:
     """Return a trajectory in one block as kernels take it."""
     return trajectory.march.block(0).solution
+
+
+def as_arrays(values):
+    """Return a solution as both engines take it: with arrays where the plain one has lists."""
+    if hasattr(values, "_make"):
+        return values._make(map(as_arrays, values))
+    return np.array(values, dtype=float) if isinstance(values, list) else values
