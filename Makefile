@@ -1,5 +1,5 @@
 # Everything a developer does with drysim. Needs Python 3.11 or newer; the rest is installed into .venv.
-# Another interpreter: make PYTHON=python3.13 install
+# Another interpreter: make PYTHON=python3.13 install, make OLDEST=python3.13 minimum
 
 PYTHON ?= python3
 VENV := .venv
@@ -57,14 +57,15 @@ layers: $(TOOLS) ## who may import whom
 test: $(TOOLS) ## the tests, all but the slow ones; five minutes on two cores
 	$(RUN) pytest -m "not slow" $(SHARED)
 
-minimum: $(MINIMUM)/.ready ## the same tests on the lowest versions that drysim declares
+minimum: $(MINIMUM)/.ready ## the same tests on the lowest versions declared, of those with a wheel
 	$(MINIMUM)/bin/python -m pytest -m "not slow" $(SHARED)
 
-$(MINIMUM)/.ready: pyproject.toml tests/minimum.txt
+$(MINIMUM)/.ready: pyproject.toml
 	$(OLDEST) -m venv --clear $(MINIMUM)
-	$(MINIMUM)/bin/python -m pip install --quiet --disable-pip-version-check --upgrade 'pip>=25.1'
-	$(MINIMUM)/bin/python -m pip install --quiet --disable-pip-version-check \
-	  --constraint tests/minimum.txt --editable . --group test
+	$(MINIMUM)/bin/python -m pip install --quiet --disable-pip-version-check uv
+	$(MINIMUM)/bin/uv pip install --quiet --python $(MINIMUM) --resolution lowest-direct \
+	  --only-binary :all: --no-binary drysim --editable . \
+	  --requirements pyproject.toml --all-extras --group test
 	@touch $@
 
 # Some of the slow tests start processes of their own.
