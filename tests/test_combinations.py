@@ -26,7 +26,6 @@ from drysim.core.model import (
 from drysim.errors import ScenarioError, UsageError
 from drysim.metrics.table import measure
 from drysim.scenario.axes import iter_points
-from drysim.scenario.load import load
 from drysim.scenario.text import describe_scene
 
 LIMIT = 0.004
@@ -64,8 +63,8 @@ def law_of(contact: str, load: str, stops: str) -> PiecewiseLaw:
 @pytest.mark.parametrize(("contact", "load", "stops"), COMBINATIONS)
 def test_forces_keep_their_limits_and_energy_is_conserved(contact, load, stops, motion):
     law = law_of(contact, load, stops)
-    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), SPAN)
-    values = measure(trajectory, (0.0, SPAN), StrokeLimits(LIMIT, LIMIT))
+    trajectory = StickSlip().trajectory(PAPER, law, motion, REST, SPAN)
+    values = measure(trajectory, (0.0, SPAN), LIMITS)
     assert values["contacts"] > 3
     assert values["energy_residual"] < 1e-11
     t = np.linspace(0.0, SPAN, 20_001)
@@ -99,23 +98,19 @@ def test_mirrored_scene_gives_the_mirrored_motion(contact, load, stops):
 @pytest.mark.parametrize("load", LOADS)
 def test_elastic_contact_under_a_directed_damper_closes_its_energy(load, k_t, motion):
     law = PiecewiseLaw(45.0, 45.0, k_t, damping=(900.0, 300.0), **LOADS[load])
-    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), SPAN)
-    values, t = (
-        measure(trajectory, (0.0, SPAN), StrokeLimits(LIMIT, LIMIT)),
-        np.linspace(0.0, SPAN, 20_001),
-    )
-    x_r = trajectory.at(t).x_r
+    trajectory = StickSlip().trajectory(PAPER, law, motion, REST, SPAN)
+    values = measure(trajectory, (0.0, SPAN), LIMITS)
+    x_r = trajectory.at(np.linspace(0.0, SPAN, 20_001)).x_r
     assert values["energy_residual"] < 1e-11
     assert values["x_r_peak"] == pytest.approx(np.abs(x_r).max(), rel=1e-5)
-    response = StickSlip().solve(PAPER, law, motion, State(0.0, 0.0), 1e-3, SPAN)
+    response = StickSlip().solve(PAPER, law, motion, REST, 1e-3, SPAN)
     exact = trajectory.at(np.arange(len(response)) * response.dt).x_r
     assert np.abs(response.x_r - exact).max() <= 1e-9 * np.abs(exact).max()
 
 
 def test_long_hold_under_a_directed_damper_loses_what_its_direction_takes():
-    law, plant = PiecewiseLaw(4500.0, 4500.0, 1e8, damping=(900.0, 100.0)), PAPER
-    slow = Sines((3.0,), (0.1,), (0.0,))
-    trajectory = StickSlip().trajectory(plant, law, slow, State(0.0, 0.0), 40.0)
+    law = PiecewiseLaw(4500.0, 4500.0, 1e8, damping=(900.0, 100.0))
+    trajectory = StickSlip().trajectory(PAPER, law, Sines((3.0,), (0.1,), (0.0,)), REST, 40.0)
     assert measure(trajectory, (0.0, 40.0), None)["energy_residual"] < 1e-11
 
 
@@ -125,10 +120,8 @@ def test_contact_at_its_limit_leaves_a_rigid_stop_on_which_the_mass_rests(f, e):
     """It arrived yielding: as it leaves, the contact holds from its very limit."""
     law = PiecewiseLaw(1.0, 1.0, 4e3, stops=EndStops(StrokeLimits(0.005, 0.005), e=e))
     base, plant = Sines((8.0**0.5,), (f,), (0.0,)), Plant(2.0, 200.0, 10.0)
-    trajectory = StickSlip().trajectory(plant, law, base, State(0.0, 0.0), 6.0)
-    assert (
-        measure(trajectory, (0.0, 6.0), StrokeLimits(0.005, 0.005))["energy_residual"] < 1e-11
-    )
+    trajectory = StickSlip().trajectory(plant, law, base, REST, 6.0)
+    assert measure(trajectory, (0.0, 6.0), None)["energy_residual"] < 1e-11
     found = trajectory.at(np.linspace(0.0, 6.0, 20_001))
     assert (np.abs(found.F_f) <= 1.0 + 1e-9).all()
     assert (found.F_stop * np.sign(found.x_r) >= -1e-9).all()
@@ -200,8 +193,7 @@ def test_equal_directions_solve_as_one_value_does(stops, motion):
     pair = single._replace(compression=(45.0, 54.0), damping=(PAPER.b, PAPER.b))
     t = np.linspace(0.0, SPAN, 999)
     one, other = (
-        StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), SPAN).at(t)
-        for law in (single, pair)
+        StickSlip().trajectory(PAPER, law, motion, REST, SPAN).at(t) for law in (single, pair)
     )
     assert (one.x_r == other.x_r).all()
 
@@ -223,7 +215,7 @@ def test_mean_displacement_under_directed_damping_is_that_of_small_steps():
         a_mid = rate(x + 0.5 * h * v, v_mid, u_dd[2 * i + 1])
         total += x * h if i * h >= 11.0 else 0.0
         x, v = x + h * v_mid, v + h * a_mid
-    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), span)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, REST, span)
     mean = float(trajectory.at(11.0 + np.arange(10_000) * 1e-4).x_r.mean())
     assert mean == pytest.approx(total, rel=1e-4)
     assert abs(mean) > 1e-3
@@ -271,7 +263,7 @@ def stepped(law: PiecewiseLaw, motion: Sines | Samples, span: float, h: float) -
 def test_elastic_contact_between_bumpers_follows_small_steps(load, stops, motion):
     law, span, h = law_of("elastic", load, stops), 0.6, 4e-6
     coarse, fine = stepped(law, motion, span, 2 * h), stepped(law, motion, span, h)
-    trajectory = StickSlip().trajectory(PAPER, law, motion, State(0.0, 0.0), span)
+    trajectory = StickSlip().trajectory(PAPER, law, motion, REST, span)
     exact = trajectory.at(np.arange(len(fine)) * 1000 * h).x_r
     assert np.abs(exact).max() > LIMIT
     # Halving the steps shows their error, but for that of a step in which the mode changes.
@@ -281,7 +273,7 @@ def test_elastic_contact_between_bumpers_follows_small_steps(load, stops, motion
 
 
 def test_stages_that_continue_the_line_are_a_single_bumper():
-    motion, start, t = MOTIONS["sines"], State(0.0, 0.0), np.linspace(0.0, SPAN, 999)
+    motion, start, t = MOTIONS["sines"], REST, np.linspace(0.0, SPAN, 999)
     single = PiecewiseLaw(45.0, 54.0, stops=EndStops(LIMITS, ((0.0, 2e5),), 300.0))
     stages = ((0.0, 2e5), (1e-4, 0.0), (3e-4, 0.0))
     staged = PiecewiseLaw(45.0, 54.0, stops=EndStops(LIMITS, stages, 300.0))
@@ -302,17 +294,14 @@ solver: {step: 2.5e-3}
 """
 
 
-def scene(folder, kinetic="30 N", damping="500", *overrides):
-    file = folder / "scene.yaml"
-    file.write_text(SCENE.replace("KINETIC", kinetic).replace("DAMPING", damping))
-    return load(file, overrides)
+def scene(kinetic="30 N", damping="500", overrides=()):
+    text = SCENE.replace("KINETIC", kinetic).replace("DAMPING", damping)
+    return package.scenario(text, overrides)
 
 
-def test_values_by_direction_are_read_described_written_and_swept(tmp_path):
+def test_values_by_direction_are_read_described_written_and_swept():
     made = scene(
-        tmp_path,
-        "{extension: 30 N, compression: 0.06 kN}",
-        "{extension: 900, compression: 300}",
+        "{extension: 30 N, compression: 0.06 kN}", "{extension: 900, compression: 300}"
     )
     assert made.law() == directed(30.0, 60.0, damping=(900.0, 300.0))
     assert made.oscillator.plant().b == 600.0
@@ -320,19 +309,15 @@ def test_values_by_direction_are_read_described_written_and_swept(tmp_path):
     assert "b 900 in extension, 300 N·s/m in compression" in words["oscillator"]
     assert words["friction"].startswith("F_fk 30 in extension, 60 N in compression")
     assert made.resolved()["friction"]["kinetic"] == {"extension": 30.0, "compression": 60.0}
-    swept = scene(
-        tmp_path, "{extension: 30 N, compression: 60 N}", "500",
-        "sweep={friction.kinetic.compression: [40, 50 N]}",
-    )  # fmt: skip
-    assert [case.law().compression[0] for case in map(swept.at, iter_points(swept.sweep))] == [
-        40.0,
-        50.0,
-    ]
+    axis = {"sweep": {"friction.kinetic.compression": [40, "50 N"]}}
+    swept = scene("{extension: 30 N, compression: 60 N}", overrides=axis)
+    laws = [swept.at(point).law() for point in iter_points(swept.sweep)]
+    assert [law.compression[0] for law in laws] == [40.0, 50.0]
 
 
-def test_equal_values_by_direction_are_one_value(tmp_path):
-    same = "{extension: 30 N, compression: 30 N}", "{extension: 500, compression: 500}"
-    pair, single = scene(tmp_path, *same), scene(tmp_path)
+def test_equal_values_by_direction_are_one_value():
+    pair = scene("{extension: 30 N, compression: 30 N}", "{extension: 500, compression: 500}")
+    single = scene()
     assert pair.law() == single.law()
     assert package.run(pair).metrics == package.run(single).metrics
 
@@ -348,23 +333,23 @@ def test_equal_values_by_direction_are_one_value(tmp_path):
         ("[30, 40]", "500", "must be a number [N], not a list"),
     ],
 )
-def test_faulty_values_by_direction_are_located(tmp_path, kinetic, damping, words):
+def test_faulty_values_by_direction_are_located(kinetic, damping, words):
     with pytest.raises(ScenarioError) as found:
-        scene(tmp_path, kinetic, damping)
+        scene(kinetic, damping)
     assert any(words in problem.sentence for problem in found.value.problems)
 
 
-def test_what_cannot_use_directions_refuses_them_or_says_what_it_leaves_out(tmp_path):
+def test_what_cannot_use_directions_refuses_them_or_says_what_it_leaves_out():
     pairs = "{extension: 30, compression: 60}", "{extension: 900, compression: 300}"
     with pytest.raises(ScenarioError) as found:
-        scene(tmp_path, *pairs, "solver.approach=signum", "friction.static_ratio=1")
+        scene(*pairs, {"solver.approach": "signum", "friction.static_ratio": 1})
     assert [problem.sentence for problem in found.value.problems] == [
         "approach signum does not support damping that depends on direction; give one value "
         "or choose stick-slip",
         "approach signum does not support friction that depends on direction; give one value "
         "or choose stick-slip",
     ]
-    made = scene(tmp_path, *pairs)
+    made = scene(*pairs)
     assert made.omissions("signum")[:2] == (
         "signum uses the mean of oscillator.damping in both directions",
         "signum uses the mean of the friction forces in both directions",
@@ -395,29 +380,27 @@ def test_integrals_of_whole_steps_are_those_of_their_parts(k_t, stops):
     assert np.array(known) == pytest.approx(parts, rel=1e-9, abs=scale)
 
 
-def test_ratio_that_would_hold_the_mass_is_that_of_the_weaker_direction(tmp_path):
-    pair = "{extension: 60, compression: 30}"
-    words = SCENE.replace("KINETIC", pair).replace("DAMPING", "500")
-    file = tmp_path / "scene.yaml"
-    file.write_text(words.replace(", static_ratio: 1.2", ""))
-    made = load(file, ["excitation.rms=0.33"])
+def test_ratio_that_would_hold_the_mass_is_that_of_the_weaker_direction():
+    changes = {"friction.static_ratio": None, "excitation.rms": 0.33}
+    made = scene("{extension: 60, compression: 30}", overrides=changes)
     (found,) = (one for one in package.run(made).warnings if one.slug == "static-not-given")
     assert found.numbers["F_fk"] == 30.0
     assert found.numbers["ratio"] == pytest.approx(75.0 * 0.33 * math.sqrt(2.0) / 30.0)
 
 
 @pytest.mark.parametrize("approach", ["stick-slip", "viscous"])
-def test_damping_by_direction_is_refused_beside_a_law_that_would_ignore_it(tmp_path, approach):
-    file = tmp_path / "scene.yaml"
-    file.write_text(SCENE.replace("DAMPING", "{extension: 900, compression: 300}"))
-    dahl = {"friction": {"law": "dahl", "kinetic": 30.0, "bristle_stiffness": 1e5}}
+def test_damping_by_direction_is_refused_beside_a_law_that_would_ignore_it(approach):
+    dahl = {"law": "dahl", "kinetic": 30.0, "bristle_stiffness": 1e5}
     with pytest.raises(ScenarioError) as found:
-        load(file, dahl | {"solver.approach": approach})
+        scene(
+            damping="{extension: 900, compression: 300}",
+            overrides={"friction": dahl, "solver.approach": approach},
+        )
     assert "coulomb, jenkins, petrov-ewins" in found.value.problems[0].sentence
 
 
 def test_equal_dampers_by_direction_are_one_damper():
-    plant, start = Plant(1.0, 1.0, 0.4), State(0.0, 0.0)
+    plant, start = Plant(1.0, 1.0, 0.4), REST
     motion = Sines((1.0,), (0.2,), (0.0,))
     one = PiecewiseLaw(100.0, 100.0, k_t=20.0)  # it never yields
     both = one._replace(damping=(0.4, 0.4))
