@@ -901,10 +901,18 @@ def test_command_writes_files_that_run_and_can_be_fitted_again(drysim, short, tm
         "next: drysim run out/twin-fit/fitted.yaml",
     )
     out = tmp_path / "out" / "twin-fit"
-    wanted = ["drysim.json", "fit.csv", "fitted.yaml", "residuals.csv", "scenario.yaml"]
+    wanted = [
+        "draws.csv",
+        "drysim.json",
+        "fit.csv",
+        "fitted.yaml",
+        "residuals.csv",
+        "scenario.yaml",
+    ]
     assert sorted(file.name for file in out.iterdir()) == wanted
     rows = rows_of(out / "fit.csv")
-    assert {row["key"]: float(row["value"]) for row in rows} == values_of(result)
+    motion = {interval.name: interval.value for interval in result.motion_intervals}
+    assert {row["key"]: float(row["value"]) for row in rows} == values_of(result) | motion
     columns = rows_of(out / "residuals.csv")[0]
     names = ["x_dd [m/s2]", "x_dd_fitted [m/s2]", "x_dd_residual [m/s2]"]
     assert list(columns) == ["t [s]", *names, "selected [-]", "held_out [-]"]

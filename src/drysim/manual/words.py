@@ -293,8 +293,8 @@ OTHER_BLOCKS = ("friction.normal_record.",)
 """Blocks that repeat the keys of another block; their keys are listed last."""
 
 FIT_WARNINGS = {
-    "at-bound", "bad-fit", "not-determined", "residuals-not-white", "start-differs",
-    "starts-disagree",
+    "at-bound", "bad-fit", "few-draws", "not-determined", "residuals-not-white",
+    "start-differs", "starts-disagree",
 }  # fmt: skip
 """Warnings of `drysim fit` only."""
 

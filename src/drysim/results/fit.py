@@ -11,12 +11,13 @@ import numpy as np
 from drysim import wording
 from drysim.manual.words import FIT as FIT_WORD
 from drysim.metrics.table import METRICS_BY_NAME
-from drysim.metrics.text import describe_main_numbers
+from drysim.metrics.text import describe_main_numbers, label_of
 from drysim.results.fields import stored_fields
 from drysim.results.kind import File, Kind, Picture, judgements, write_scenario
 from drysim.results.tables import (
     COLUMN_UNITS,
     FLAGS,
+    column_header,
     format_cell,
     format_rows,
     format_words,
@@ -26,10 +27,17 @@ from drysim.results.tables import (
 )
 from drysim.scenario.fit import CHANNEL_UNITS
 from drysim.scenario.text import describe_scene, short_key
-from drysim.study.fit import FitResult, format_profile_interval
+from drysim.study.fit import FitResult, MetricInterval, format_profile_interval, interval_digits
 from drysim.study.fit_law import EXACT, ChannelFit, Parameter
 from drysim.study.summary import BAD, Note, Row, Summary
-from drysim.wording import format_count, format_number, format_percent, format_unit
+from drysim.wording import (
+    display_unit,
+    format_count,
+    format_number,
+    format_percent,
+    format_range,
+    format_unit,
+)
 
 if TYPE_CHECKING:
     from drysim.results.fields import Fields, Provenance
@@ -46,7 +54,7 @@ def summarise(result: FitResult) -> Summary:
         sentence = "the fitted motion is not the measured one: its values mean nothing"
         faults = (Note("✗ fit", sentence, BAD),)
     else:
-        groups.insert(0, tuple(parameter_rows(result)))
+        groups[:0] = [tuple(parameter_rows(result)), tuple(metric_rows(result))]
     return Summary(
         name=wording.sanitise(result.source.name),
         about=result.source.about,
@@ -106,6 +114,29 @@ def parameter_rows(result: FitResult) -> Iterator[Row]:
         name = short_key(parameter.key, keys)
         value = "–" if parameter.note else format_fitted(parameter, parameter.value)
         yield Row(name, value, describe_interval(parameter))
+
+
+def metric_rows(result: FitResult) -> Iterator[Row]:
+    """Yield metrics of the fitted motion with their intervals; the first says if none is known.
+
+    The digits are those in which the ends of the interval differ.
+    """
+    unknown = f"95 %: not known: {result.draws.reason}" if result.draws.reason else ""
+    for name, value, low, high in result.motion_intervals:
+        factor, unit = display_unit(METRICS_BY_NAME[name].shown, value)
+        if low is None or high is None:
+            yield Row(label_of(name), format_number(factor * value, unit), unknown)
+            unknown = ""
+            continue
+        digits = interval_digits(high - low, max(abs(low), abs(high)))
+        interval = format_range(factor * low, factor * high, unit, digits)
+        share = max(value - low, high - value) / (abs(value) or 1.0)
+        accuracy = f" (±{format_number(100.0 * share, '%', 2)})" if EXACT < share < 1.0 else ""
+        yield Row(
+            label_of(name),
+            format_number(factor * value, unit, digits),
+            "to rounding" if share < EXACT else f"95 %: {interval}{accuracy}",
+        )
 
 
 def format_fitted(parameter: Parameter, value: float) -> str:
@@ -196,14 +227,31 @@ FIT_NUMBERS = FIT_COLUMNS[2:8]
 
 
 def write_fit_csv(result: FitResult, file: Path) -> None:
-    """Write fit.csv: the fitted values with their 95 % intervals."""
+    """Write fit.csv: the fitted values, and metrics of their motion, with 95 % intervals."""
     rows = [
         [quote_cell(parameter.key), quote_cell(parameter.unit)]
         + [format_cell(getattr(parameter, name)) for name in FIT_NUMBERS]
         + [quote_cell(parameter.note)]
-        for parameter in result.parameters
+        for parameter in (*result.parameters, *map(as_parameter, result.motion_intervals))
     ]
     write_csv(file, FIT_COLUMNS, [join_cells(rows)])
+
+
+def as_parameter(interval: MetricInterval) -> Parameter:
+    """Return the row of a metric in fit.csv."""
+    name, value, low, high = interval
+    return Parameter(name, COLUMN_UNITS[name], value, None, low, high, None, None)
+
+
+def write_draws_csv(result: FitResult, file: Path) -> None:
+    """Write draws.csv: joint draws of the fitted values with metrics of their motions."""
+    draws = result.draws
+    if not len(draws.values):
+        return
+    units = dict(zip(draws.keys, draws.units, strict=True))
+    columns = dict(zip(draws.keys, draws.values.T, strict=True)) | dict(draws.metrics)
+    headers = [column_header(name, units.get(name)) for name in columns]
+    write_csv(file, headers, [format_rows(columns.values())])
 
 
 def write_residuals_csv(result: FitResult, file: Path) -> None:
@@ -242,11 +290,20 @@ def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
         ],
         "channels": [channel._asdict() for channel in result.channels],
         "laws": [score._asdict() for score in result.laws],
+        "motion": [interval._asdict() for interval in result.motion_intervals],
+        "draws": {
+            "count": len(result.draws.values),
+            "effective": result.draws.effective,
+            "reason": result.draws.reason,
+        },
     }
     return stored_fields(
         result, result.motion, numerics, result.metrics, provenance, fit=fields
     )
 
+
+DRAWS_FILE = "draws.csv"
+"""The draws, which sweeps and designs take."""
 
 FITTED_FILE = "fitted.yaml"
 """The scenario with the values that a fit found."""
@@ -257,6 +314,7 @@ FIT = Kind(
     files=(
         File("fit.csv", write_fit_csv, numbers=FIT_NUMBERS),
         File("residuals.csv", write_residuals_csv),
+        File(DRAWS_FILE, write_draws_csv),
         File(FITTED_FILE, lambda result, file: write_scenario(result.scenario, file)),
     ),
     pictures=(

@@ -53,6 +53,7 @@ from drysim.scenario.keys import fields_by_key
 from drysim.scenario.laws import LAWS
 from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.study.budget import case_cost
+from drysim.study.fit_draws import Draws, draw, draws_warnings, with_metrics
 from drysim.study.fit_law import (
     MAX_RESTARTS,
     MAX_STARTS,
@@ -102,6 +103,9 @@ ALIKE_NOISE = 1.4
 NOT_THIS_MOTION = "the fitted motion is not the measured one"
 """Note to the values of a fit that describes next to nothing."""
 
+PREDICTED = "T_a", "SEAT", "x_r_peak"
+"""Metrics of the fitted motion that have an interval."""
+
 BLOCKS = 20
 """Number of blocks of the held-out part that laws are compared on."""
 
@@ -112,6 +116,15 @@ class Profile(NamedTuple):
     key: str
     values: Floats
     rise: Floats
+
+
+class MetricInterval(NamedTuple):
+    """A metric of the fitted motion and its 95 % interval; None where it is not known."""
+
+    name: str
+    value: float
+    low: float | None
+    high: float | None
 
 
 class LawScore(NamedTuple):
@@ -151,8 +164,10 @@ class FitResult(Result):
     starts : tuple of int
         How many starts led to this solution, and how many there were.
     profiles : tuple of Profile
+    draws : Draws
+        Joint draws of the values, with the metrics of their motions.
     metrics : dict
-        `fit_error` and `fit_error_held_out`.
+        `fit_error` and `fit_error_held_out`, and those of the fitted motion.
     spring_in_force : bool
         Whether the force of a rig contains those of spring and damper.
     checks : tuple of Verdict
@@ -174,6 +189,7 @@ class FitResult(Result):
     laws: tuple[LawScore, ...]
     starts: tuple[int, int]
     profiles: tuple[Profile, ...]
+    draws: Draws
     metrics: Values
     spring_in_force: bool = False
     checks: tuple[Verdict, ...] = ()
@@ -200,6 +216,18 @@ class FitResult(Result):
         residuals: Floats = measured - self.prediction.channels[name] - (channel.offset or 0.0)
         return residuals
 
+    @property
+    def motion_intervals(self) -> tuple[MetricInterval, ...]:
+        """Metrics of the fitted motion on the measured base, with their 95 % intervals."""
+        if is_rig(self.source) or self.is_useless:
+            return ()
+        intervals = []
+        for name in PREDICTED:
+            if (value := self.metrics.get(name)) is not None:
+                low, high = self.draws.interval(name) or (None, None)
+                intervals.append(MetricInterval(name, value, low, high))
+        return tuple(intervals)
+
     def exit_code(self, strict: bool = False) -> int:
         """Return the code of all results; 1 if the fit describes next to nothing."""
         return EXIT_CHECK_FAILED if self.is_useless else super().exit_code(strict)
@@ -217,14 +245,17 @@ def format_profile_interval(parameter: Parameter, more: int = 0, unit: str = "")
 
     Where one end is not known, the digits are those of an interval by the deviation.
     """
-    ends, digits = (parameter.profile_low, parameter.profile_high), 4
+    ends = parameter.profile_low, parameter.profile_high
     width = 2.0 * NORMAL_95 * (parameter.deviation or 0.0)
     if parameter.profile_low is not None and parameter.profile_high is not None:
         width = parameter.profile_high - parameter.profile_low
     largest = max((abs(end) for end in ends if end is not None), default=0.0)
-    if width > 0.0:
-        digits = min(max(digits, 2 + more + len(f"{largest / width:.0f}")), 12)
-    return format_range(*ends, unit, digits)
+    return format_range(*ends, unit, interval_digits(width, largest, more))
+
+
+def interval_digits(width: float, largest: float, more: int = 0) -> int:
+    """Return the digits in which the ends of an interval differ, at least 4."""
+    return min(max(4, 2 + more + len(f"{largest / width:.0f}")), 12) if width > 0.0 else 4
 
 
 def fit(
@@ -306,8 +337,25 @@ def solve(
             if better is None:
                 break
             fits[best] = better
-    fits[best] = with_best_static_limit(fits[best], profiles)
-    return describe_fit(scenario, fits[best], scores, profiles)
+        reported = with_best_static_limit(fits[best], profiles)
+        draws = draw(fits[best], reported, profiles, steps)
+        case = prepare(fitted_scenario(reported)) if needs_motion(scenario) else None
+        metrics = {} if case is None else dict(measure_case(case)[0])
+        shown = [name for name in PREDICTED if metrics.get(name) is not None]
+        if case is not None and shown and len(draws.values) and not is_rig(scenario):
+            draws = with_metrics(draws, case, shown, steps)
+        finished(1)
+    return describe_fit(scenario, reported, scores, profiles, draws, metrics)
+
+
+def is_rig(scenario: Scenario) -> bool:
+    """Return whether the measurement is that of a rig, which has no motion of its own."""
+    return fit_of(scenario).measured.is_rig
+
+
+def needs_motion(scenario: Scenario) -> bool:
+    """Return whether the metrics of the fitted motion are shown or judged."""
+    return bool(scenario.checks) or not is_rig(scenario)
 
 
 def require_fit(scenario: Scenario) -> None:
@@ -324,10 +372,11 @@ def require_fit(scenario: Scenario) -> None:
 def count_steps(scenario: Scenario) -> int:
     """Return the number of steps that show the progress of a fit.
 
-    They are the starts, which it follows for each law, and the profiles of the parameters.
+    They are the starts, which it follows for each law, the profiles of the parameters, and the
+    draws.
     """
     block = fit_of(scenario)
-    return MAX_STARTS * max(1, len(block.laws)) + len(block.free)
+    return MAX_STARTS * max(1, len(block.laws)) + len(block.free) + 1
 
 
 def check_motion(model: FitModel) -> None:
@@ -398,14 +447,21 @@ def describe_fit(
     law_fit: LawFit,
     scores: tuple[LawScore, ...],
     profiles: Mapping[int, ParameterProfile],
+    draws: Draws,
+    metrics: Values,
 ) -> FitResult:
-    """Return the result for a solution: intervals, errors, checks, warnings."""
+    """Return the result for a solution: intervals, errors, checks, warnings.
+
+    `metrics` are those of the fitted motion, as far as they are needed.
+    """
     model, scale = law_fit.model, law_fit.first.scale
     parameters = tuple(intervals(law_fit, profiles))
     scenario = fitted_scenario(law_fit)
-    metrics: Values = {"fit_error": law_fit.error, "fit_error_held_out": law_fit.error_held_out}
-    if source.checks:  # on the base motion of the scenario
-        metrics = dict(measure_case(prepare(scenario))[0]) | metrics
+    metrics = {
+        **metrics,
+        "fit_error": law_fit.error,
+        "fit_error_held_out": law_fit.error_held_out,
+    }
     of_base = getattr(model.motion, "warnings", ())
     of_records = {
         warning.sentence: warning for warning in (*of_base, *model.measurement.warnings)
@@ -433,10 +489,15 @@ def describe_fit(
             )
             for j, profile in profiles.items()
         ),
+        draws=draws,
         metrics=metrics,
         spring_in_force=model.fit.measured.is_rig and model.spring_in_force,
         checks=tuple(check.judge(metrics) for check in source.checks),
-        warnings=(*warnings, *fit_warnings(law_fit, parameters, warnings)),
+        warnings=(
+            *warnings,
+            *fit_warnings(law_fit, parameters, warnings),
+            *draws_warnings(draws),
+        ),
     )
 
 

@@ -1,0 +1,439 @@
+"""Joint draws of the fitted values: what a record knows of them, for the studies that follow.
+
+Problem
+    The intervals of the values say nothing of their correlation, nor what they leave open of
+    the motion. Draws from the likelihood do: each is a scene that explains the record.
+
+Method
+    1. Points of a multivariate t distribution about the solution, with its covariance, are
+       weighted by the likelihood exp(-rise/2) of the selected samples, over which the motion
+       is smooth (importance sampling). Values beyond a bound, and scenes that are not valid,
+       have the weight 0. Where too few points bear the weight, a further round draws from the
+       mean and covariance of those weighted so far; the points of all rounds count together.
+    2. Systematic resampling gives draws without weights.
+    3. A static limit decides at the events, next to which no sample is selected. It is drawn
+       from its profile over all samples; the other values follow it by their covariance.
+    4. Noise of the base makes the likelihood too narrow. The draws are scaled about the
+       solution so that they have the robust covariance (horizontal adjustment).
+    5. A value that the record does not determine is uniform over what is left open, if it has
+       bounds; otherwise there are no draws.
+
+    The points are those of a scrambled Sobol sequence, so that the same fit has the same draws.
+
+Sources: Kong, Liu and Wong, JASA 89 (1994) 278 (effective sample size); Veach and Guibas,
+SIGGRAPH 1995 (balance heuristic); Chandler and Bate, Biometrika 94 (2007) 167.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drysim.core.model import Floats, Samples, Sines
+from drysim.errors import WarningMessage
+from drysim.scenario.model import STATIC_PATHS, Scenario
+from drysim.scenario.sampling import Design, sobol_points
+from drysim.study.case import Case
+from drysim.study.fit_law import EXACT, USELESS, LawFit, Steps
+from drysim.study.fit_least_squares import Solution, covariance_of
+from drysim.study.fit_model import is_valid_scene
+from drysim.study.fit_profiles import ParameterProfile
+from drysim.study.run import try_measure
+from drysim.wording import join_words
+
+DRAWS = 256
+"""Number of draws: the ends of a 95 % interval have 6 of them beyond."""
+
+POINTS, ROUNDS = 512, 3
+"""Points of a round, and most rounds: about a third of the time that the profiles take."""
+
+FREEDOM = 5.0
+"""Degrees of freedom of the t distribution: its tails are heavier than those of any likelihood
+that is near to a normal one, and its weights are still alike."""
+
+POOR = 100.0
+"""Effective number of points below which the ends of an interval are uncertain."""
+
+POINTS_PER_STEP, DRAWS_PER_STEP = 32, 16
+"""Points, and draws whose metrics are computed, that a worker solves at a time."""
+
+NEAR = 3.0
+"""Standard deviations of a static limit within which other values follow it."""
+
+SINGULAR = 1e-10
+"""Least eigenvalue of a covariance, relative to the largest."""
+
+GRID = 20_001
+"""Points at which the density of a static limit is integrated."""
+
+
+class Draws(NamedTuple):
+    """Joint draws of the fitted values, and the motion of each on the measured base."""
+
+    keys: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Floats
+    """In SI, shape (n, p); without rows if there are none."""
+    effective: float
+    """Number of points that bear the weight."""
+    metrics: Mapping[str, Floats] = MappingProxyType({})
+    """Metrics of each draw, shape (n,) each; NaN where the motion has none."""
+    reason: str = ""
+    """Why there are none; empty if there are."""
+
+    @property
+    def points(self) -> list[dict[str, float]]:
+        """The draws by key."""
+        return [dict(zip(self.keys, row, strict=True)) for row in self.values.tolist()]
+
+    def interval(self, name: str) -> tuple[float, float] | None:
+        """Return the 95 % interval of a metric; None if a draw has no value."""
+        values = self.metrics.get(name, np.empty(0))
+        if not len(values) or np.isnan(values).any():
+            return None
+        low, high = np.quantile(values, (0.025, 0.975), method="hazen").tolist()
+        return low, high
+
+
+class Range(NamedTuple):
+    """Ends of what the record leaves open of a value, in scaled parameters."""
+
+    low: float
+    high: float
+
+
+def draw(
+    law_fit: LawFit, reported: LawFit, profiles: Mapping[int, ParameterProfile], steps: Steps
+) -> Draws:
+    """Return joint draws of the values of a fit.
+
+    Parameters
+    ----------
+    law_fit : LawFit
+        The least-squares solution.
+    reported : LawFit
+        The same with the static limit that is best over all samples.
+    profiles : mapping
+    steps : Steps
+        Solves the points.
+    """
+    parameters, solution = law_fit.model.parameters, law_fit.solution
+    keys, units = tuple(p.key for p in parameters), tuple(p.unit for p in parameters)
+    none = Draws(keys, units, np.empty((0, len(keys))), 0.0)
+    if law_fit.error > USELESS:
+        return none._replace(reason="the fitted motion is not the measured one")
+    if reason := open_reason(law_fit, profiles):
+        return none._replace(reason=reason)
+    static = [j for j, key in enumerate(keys) if key.startswith(STATIC_PATHS)]
+    unknown = [
+        j for j in law_fit.undetermined
+        if j not in static and (is_open(profiles.get(j)) or not solution.jacobian[:, j].any())
+    ]  # fmt: skip
+    regular = [j for j in range(len(keys)) if j not in static and j not in unknown]
+    x = np.tile(reported.solution.x, (DRAWS, 1))
+    effective = float(DRAWS)
+    if regular:
+        likelihood = Likelihood(solution, tuple(regular))
+        x[:, regular], effective = likelihood.draw(steps, law_fit.error < EXACT)
+    shares = sobol_points(Design("sobol", DRAWS, len(keys), 1))
+    shares = (np.argsort(np.argsort(shares, axis=0), axis=0) + 0.5) / DRAWS
+    for j in unknown:
+        ends = range_of(law_fit, profiles.get(j), j)
+        x[:, j] = ends.low + shares[:, j] * (ends.high - ends.low)
+    plain = x.copy()
+    for j in static:
+        if profile := profiles.get(j):
+            x[:, j] = draw_static(law_fit, profile, j, shares[:, j])
+            if regular and j not in law_fit.undetermined:
+                x[:, regular] += following(solution, regular, j, x[:, j])
+    return none._replace(values=valid_values(law_fit, x, plain), effective=effective)
+
+
+def following(solution: Solution, regular: Sequence[int], j: int, values: Floats) -> Floats:
+    """Return by how much other parameters follow values of one, shape (n, others).
+
+    The derivatives hold near the solution only.
+    """
+    slopes = solution.jacobian
+    rate = -np.linalg.lstsq(slopes[:, regular], slopes[:, j], rcond=None)[0]
+    farthest = NEAR * solution.deviation(j)
+    return np.outer(np.clip(values - solution.x[j], -farthest, farthest), rate)
+
+
+def valid_values(law_fit: LawFit, x: Floats, plain: Floats) -> Floats:
+    """Return scaled parameters in SI, within their bounds.
+
+    Where x is no valid scene, those of `plain` take its place.
+    """
+    model, scale, rows = law_fit.model, law_fit.first.scale, []
+    for row, other in zip(x, plain, strict=True):
+        values = np.clip(row * scale, *model.bounds)
+        scene = model.scene(values)
+        if not is_valid_scene(scene.law, scene.start):
+            values = np.clip(other * scale, *model.bounds)
+        rows.append(list(model.point(values).values()))
+    return np.array(rows)
+
+
+def is_open(profile: ParameterProfile | None) -> bool:
+    """Return whether a profile excludes no value, or there is none."""
+    return profile is None or (profile.low is None and profile.high is None)
+
+
+def range_of(law_fit: LawFit, profile: ParameterProfile | None, j: int) -> Range:
+    """Return what a record leaves open of a parameter; without an end where nothing bounds it.
+
+    A profile has no end where the record excludes nothing up to the bound of the parameter.
+    """
+    low, high = (float(ends[j]) for ends in law_fit.solution.squares.bounds)
+    if profile is not None:
+        low = low if profile.low is None else profile.low
+        high = high if profile.high is None else profile.high
+    return Range(low, high)
+
+
+def open_reason(law_fit: LawFit, profiles: Mapping[int, ParameterProfile]) -> str:
+    """Return which values the record leaves open without a bound; empty if there are none."""
+    model = law_fit.model
+    for group in law_fit.undetermined.values():
+        if len(group) > 1:
+            named = join_words([model.parameters[j].key for j in group])
+            return f"only the ratios of {named} follow; state one of them"
+    for j, parameter in enumerate(model.parameters):
+        if j not in profiles and j not in law_fit.undetermined:
+            continue
+        ends = range_of(law_fit, profiles.get(j), j)
+        missing = [
+            word
+            for word, end in (("from", ends.low), ("to", ends.high))
+            if not np.isfinite(end)
+        ]
+        if missing:
+            both = join_words([f"`{word}`" for word in missing])
+            return (
+                f"the record sets no {'end' if len(missing) == 1 else 'ends'} to "
+                f"{parameter.key}; give {both} for it in fit.free"
+            )
+    return ""
+
+
+def draw_static(law_fit: LawFit, profile: ParameterProfile, j: int, shares: Floats) -> Floats:
+    """Return quantiles of a static limit, whose density follows from its profile.
+
+    The density is that of all samples or that of the selected ones, whichever is larger: it is
+    rather too wide than too narrow, as is the interval.
+    """
+    solution, ends = law_fit.solution, range_of(law_fit, profile, j)
+    least, most = (float(bounds[j]) for bounds in solution.squares.bounds)
+    least = max(least, kinetic_limit(law_fit, j))
+    width = ends.high - ends.low  # beyond it the density is next to nothing
+    grid = np.linspace(
+        max(ends.low - width, least), max(min(ends.high + width, most), least), GRID
+    )
+    places, rises = np.array(sorted((point.value, point.rise) for point in profile.points)).T
+    density = np.exp(-0.5 * np.interp(grid, places, rises - rises.min()))
+    variance = solution.robust_covariance[j, j]
+    if j not in law_fit.undetermined and variance > 0.0:
+        selected = np.exp(-0.5 * (grid - solution.x[j]) ** 2 / variance)
+        density = np.maximum(density, selected)
+    total = np.cumsum(density)
+    return np.interp(shares, total / total[-1], grid)
+
+
+def kinetic_limit(law_fit: LawFit, j: int) -> float:
+    """Return the scaled static limit that equals kinetic friction."""
+    model, x = law_fit.model, law_fit.solution.x
+    law = model.scene(np.clip(x * law_fit.first.scale, *model.bounds)).law
+    forces = law.F_fk, law.F_fs
+    if model.parameters[j].key.endswith(".compression") and law.compression:
+        forces = law.compression
+    return float(x[j]) * forces[0] / (forces[1] or 1.0)
+
+
+class Round(NamedTuple):
+    """Centre and scale of the points of a round."""
+
+    centre: Floats
+    root: Floats
+    """Square root of the scale matrix."""
+
+    def points(self, shares: Floats) -> Floats:
+        """Return points of the t distribution for points of the unit cube."""
+        from scipy.special import gammaincinv, ndtri
+
+        normal = ndtri(np.clip(shares[:, :-1], 1e-15, 1.0 - 1e-15))
+        square = 2.0 * gammaincinv(0.5 * FREEDOM, np.clip(shares[:, -1:], 1e-15, 1.0))
+        points: Floats = self.centre + (normal / np.sqrt(square / FREEDOM)) @ self.root.T
+        return points
+
+    def log_density(self, x: Floats) -> Floats:
+        """Return the logarithm of the density, up to a constant of all rounds."""
+        scaled = np.linalg.solve(self.root, (x - self.centre).T)
+        power = 0.5 * (FREEDOM + len(self.centre))
+        logarithm: Floats = -power * np.log1p(np.sum(scaled**2, axis=0) / FREEDOM)
+        return logarithm - float(np.linalg.slogdet(self.root)[1])
+
+
+@dataclass(frozen=True, eq=False)
+class Likelihood:
+    """Likelihood of the selected samples over some parameters, static limits as fitted."""
+
+    solution: Solution
+    regular: tuple[int, ...]
+
+    def at_given_others(self, covariance: Floats) -> Floats:
+        """Return a covariance of the parameters while the others are as fitted."""
+        of = list(self.regular)
+        given = [j for j in range(len(covariance)) if j not in of and covariance[j, j] > 0.0]
+        across = covariance[np.ix_(of, given)]
+        less = across @ np.linalg.pinv(covariance[np.ix_(given, given)]) @ across.T
+        rest: Floats = covariance[np.ix_(of, of)] - less
+        return rest
+
+    def draw(self, steps: Steps, is_exact: bool = False) -> tuple[Floats, float]:
+        """Return draws, and the effective number of points.
+
+        The residuals of an exact fit are rounding: their likelihood means nothing, and the
+        draws are those of the normal distribution.
+        """
+        solution, count = self.solution, len(self.regular)
+        # By the derivatives: that at given others would be a difference of large numbers.
+        plain = covariance_of(solution.jacobian[:, list(self.regular)])
+        centre = solution.x[list(self.regular)]
+        first = Round(centre, root_of(plain))
+        if is_exact:
+            from scipy.special import ndtri
+
+            shares = sobol_points(Design("sobol", DRAWS, count, 0))
+            return centre + ndtri(np.clip(shares, 1e-15, 1.0 - 1e-15)) @ first.root.T, DRAWS
+        rounds, x, squares = [first], np.empty((0, count)), np.empty(0)
+        for number in range(ROUNDS):
+            shares = sobol_points(Design("sobol", POINTS, count + 1, number))
+            points = rounds[-1].points(shares)
+            x = np.concatenate([x, points])
+            squares = np.append(squares, self.sums_of_squares(points, steps))
+            densities = [each.log_density(x) for each in rounds]
+            logarithms = -0.5 * squares - np.logaddexp.reduce(densities, axis=0)
+            weights = np.exp(logarithms - logarithms.max())
+            effective = effective_size(weights)
+            if effective >= DRAWS or number == ROUNDS - 1:
+                break
+            rounds.append(adapted(x, weights, first))
+        drawn = x[resampled(weights)]
+        covariances = solution.covariance, solution.robust_covariance
+        if not np.array_equal(*covariances):
+            drawn = (
+                centre
+                + (drawn - centre) @ adjustment(*map(self.at_given_others, covariances)).T
+            )
+        return drawn, effective
+
+    def sums_of_squares(self, points: Floats, steps: Steps) -> Floats:
+        """Return the sums of squares at points; infinite beyond a bound and for no scene."""
+        parts = np.array_split(points, -(-len(points) // POINTS_PER_STEP))
+        return np.concatenate([*steps.map_in_order(partial(squares_at, self), parts, np.array)])
+
+
+def squares_at(likelihood: Likelihood, points: Floats) -> Floats:
+    """Return the sums of squares at some points."""
+    solution, regular = likelihood.solution, list(likelihood.regular)
+    squares, sums = solution.squares, []
+    low, high = (ends[regular] for ends in squares.bounds)
+    for point in points:
+        x = solution.x.copy()
+        x[regular] = point
+        solved = squares.solve(x) if np.all((low <= point) & (point <= high)) else None
+        residuals = None if solved is None else squares.residuals(solved, solution.mask)
+        sums.append(np.inf if residuals is None else float(np.sum(residuals**2)))
+    return np.array(sums)
+
+
+def effective_size(weights: Floats) -> float:
+    """Return the number of equal weights that estimate a mean as well as these."""
+    return float(weights.sum() ** 2 / np.sum(weights**2))
+
+
+def adapted(x: Floats, weights: Floats, first: Round) -> Round:
+    """Return the next round, about the points weighted so far.
+
+    Where few points bear the weight, their covariance would be that of chance: the weights are
+    evened out until enough do.
+    """
+    while effective_size(weights) < 10.0 * (x.shape[1] + 1):
+        weights = np.sqrt(weights)
+    share = weights / weights.sum()
+    centre = share @ x
+    spread = (x - centre) * np.sqrt(share)[:, None]
+    floor = 1e-6 * first.root @ first.root.T
+    return Round(centre, root_of(spread.T @ spread + floor))
+
+
+def resampled(weights: Floats) -> Any:
+    """Return the indices of the draws, by systematic resampling, in random order."""
+    total = np.cumsum(weights)
+    places = (np.arange(DRAWS) + 0.5) / DRAWS * total[-1]
+    chosen = np.minimum(np.searchsorted(total, places), len(weights) - 1)
+    return np.random.default_rng(0).permutation(chosen)
+
+
+def root_of(covariance: Floats) -> Floats:
+    """Return a square root of a covariance.
+
+    Values that replace each other make it singular to rounding, so that eigenvalues below 0
+    are possible.
+    """
+    size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
+    values = np.maximum(values, SINGULAR * values[-1])
+    root: Floats = size[:, None] * (vectors * np.sqrt(values)) @ vectors.T
+    return root
+
+
+def adjustment(plain: Floats, robust: Floats) -> Floats:
+    """Return the matrix that gives what has the plain covariance the robust one."""
+    matrix: Floats = root_of(robust) @ np.linalg.inv(root_of(plain))
+    return matrix
+
+
+def draws_warnings(draws: Draws) -> Iterator[WarningMessage]:
+    """Warn of draws that few points bear."""
+    if len(draws.values) and draws.effective < POOR:
+        sentence = (
+            f"the draws of the fitted values rest on {draws.effective:.0f} effective points "
+            "only: their intervals, and those of the motion, are rough"
+        )
+        yield WarningMessage("few-draws", sentence, {"effective": draws.effective})
+
+
+# The motion of each draw
+
+
+def with_metrics(draws: Draws, case: Case, names: Sequence[str], steps: Steps) -> Draws:
+    """Return draws with metrics of their motions on the base motion of a case."""
+    points = [
+        {key: value for key, value in point.items() if not key.startswith("measured.")}
+        for point in draws.points
+    ]
+    parts = [points[i : i + DRAWS_PER_STEP] for i in range(0, len(points), DRAWS_PER_STEP)]
+    function = partial(metrics_at, case.scenario, case.motion, tuple(names))
+    rows = np.concatenate([*steps.map_in_order(function, parts, np.array)])
+    return draws._replace(metrics=dict(zip(names, rows.T, strict=True)))
+
+
+def metrics_at(
+    scenario: Scenario,
+    motion: Sines | Samples,
+    names: tuple[str, ...],
+    points: Sequence[dict[str, float]],
+) -> Floats:
+    """Return metrics of a scenario at some points, shape (n, names); NaN where unknown."""
+    rows = []
+    for point in points:
+        (metrics, _, _), _ = try_measure(scenario.at(point), lambda _: motion)
+        rows.append([metrics.get(name) for name in names])
+    return np.array(rows, dtype=np.float64)
