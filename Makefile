@@ -110,11 +110,15 @@ demo: $(READY) ## compute and draw a seat on a recorded base motion, and the pap
 	@$(RUN) drysim sweep scenarios/paper-low-friction.yaml --out out/paper-low-friction
 	@echo "The pictures:"; ls out/seat-on-em1/*.png out/paper-low-friction/*.png
 
-paper: $(READY) ## compute and draw the paper's Figs. 3, 4 and 5
+paper: $(READY) ## compute and draw the paper's Figs. 1, 3, 4 and 5, also by its own method; half a minute
+	$(RUN) drysim run scenarios/paper-high-friction.yaml --set friction.static_ratio=1.2 --set excitation.frequency=0.7 --out out/paper-friction
 	$(RUN) drysim sweep scenarios/paper-low-friction.yaml --out out/paper-low-friction
 	$(RUN) drysim sweep scenarios/paper-high-friction.yaml --out out/paper-high-friction
 	$(RUN) drysim sweep scenarios/paper-random.yaml --out out/paper-random
-	$(RUN) drysim compare signum vs stick-slip -s scenarios/paper-random.yaml --out out/paper-random-compare
+	$(RUN) drysim compare signum vs stick-slip scenarios/paper-random.yaml --out out/paper-random-compare
+	$(RUN) drysim compare switch vs stick-slip scenarios/paper-low-friction.yaml --out out/paper-low-friction-switch
+	$(RUN) drysim compare switch vs stick-slip scenarios/paper-high-friction.yaml --out out/paper-high-friction-switch
+	$(RUN) drysim compare switch vs stick-slip scenarios/paper-random.yaml --out out/paper-random-switch
 	@echo "The pictures:"; ls out/paper-*/*.png
 
 readme: $(TOOLS) ## write tables and console output of README.md and the manual anew

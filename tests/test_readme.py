@@ -231,6 +231,14 @@ def test_pages_for_the_terminal_have_no_pictures_and_no_markers():
         assert "<!--" not in text
 
 
+@pytest.mark.usefixtures("eighty_columns")
+def test_tables_in_a_narrow_terminal_are_folded_and_not_cut(drysim, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    for name in ("claims", "paper"):
+        assert "…" not in drysim("manual", name).out
+
+
 def test_every_public_name_exit_code_and_scenario_is_named():
     codes = {str(value) for name, value in vars(errors).items() if name.startswith("EXIT_")}
     gallery = {file.stem for file in (ROOT / "scenarios").glob("*.yaml")}

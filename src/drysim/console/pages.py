@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from io import StringIO
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from drysim.console import terminal
 from drysim.manual import SECTIONS, Page, for_terminal, pages
 from drysim.manual.words import GROUPS, KEY, Entry, entries, known_entries
 
 if TYPE_CHECKING:
+    from rich.console import Console, ConsoleOptions, RenderResult
+    from rich.markdown import Markdown
+
     from drysim.console.terminal import AnyConsole
 
 
@@ -20,9 +23,27 @@ def show_page(page: Page) -> None:
     if isinstance(console, terminal.PlainConsole):
         terminal.print_stdout(text.rstrip("\n"))
         return
-    from rich.markdown import Markdown
+    width = min(console.width, terminal.MAX_WIDTH)
+    console.print(folding_markdown(text), width=width, soft_wrap=False)
 
-    console.print(Markdown(text), width=min(console.width, terminal.MAX_WIDTH), soft_wrap=False)
+
+def folding_markdown(text: str) -> Markdown:
+    """Return Markdown whose tables fold long words, such as names of tests; rich cuts them."""
+    from rich.markdown import Markdown, TableElement
+    from rich.table import Table
+
+    class FoldingTable(TableElement):
+        def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+            for table in super().__rich_console__(console, options):
+                if isinstance(table, Table):
+                    for column in table.columns:
+                        column.overflow = "fold"
+                yield table
+
+    class FoldingMarkdown(Markdown):
+        elements: ClassVar = {**Markdown.elements, "table_open": FoldingTable}
+
+    return FoldingMarkdown(text)
 
 
 def list_pages() -> None:
