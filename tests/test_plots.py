@@ -266,7 +266,7 @@ FORCES_AND_LIMITS = "zip: {friction.kinetic: [45, 15, 5], stroke.limit: [6 mm, 1
 def test_keys_that_walk_together_are_one_line_for_each_place(tmp_path):
     made = zipped(tmp_path, f"excitation.frequency: [1, 2, 3, 4, 5], {FORCES_AND_LIMITS}")
     (panel,) = draw_stroke(solved(made)).axes
-    (bare,) = labelled(panel, "F_fk 5 N, limit 0.009 m")
+    (bare,) = labelled(panel, "F_fk 5 N, limit 9 mm")
     assert panel.get_xlabel() == "frequency [Hz]"
     assert len(bare.get_xdata()) == 5
     dashed = labelled(panel, "stroke limit per line")

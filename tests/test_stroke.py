@@ -186,7 +186,7 @@ def test_sweep_of_the_offset_gives_what_single_runs_give(scenario, stops):
 def test_worst_case_is_the_one_that_exceeds_the_limit_of_its_side_by_most(scenario):
     swept = scenario({"limit": 0.005}, sweep={"stroke.offset": [-0.001, 0.003, 0.001]})
     (warning,) = (one for one in drysim.sweep(swept).warnings if one.slug == "stroke-violated")
-    assert "at offset 0.003 m" in warning.sentence
+    assert "at offset 3 mm" in warning.sentence
     assert warning.numbers["limit_up"] == pytest.approx(0.002)
 
 

@@ -307,25 +307,25 @@ def limits(figure):
 def test_summary_holds_every_case_to_its_own_limit(swept, capsys):
     table = swept("{stroke.limit: [10 mm, 20 mm, 50 mm, 100 mm]}")
     out = said(table, capsys)
-    assert f"peak |x_r| {PEAK} mm 344 % of the stroke limit, at limit 0.01 m" in out
+    assert f"peak |x_r| {PEAK} mm 344 % of the stroke limit, at limit 10 mm" in out
     assert f"limit exceeded in 2 cases of 4, by up to {PEAK - 10:.2f} mm" in out
     (warning,) = [one for one in table.warnings if one.slug == "stroke-violated"]
     assert warning.sentence == (
-        f"the stroke limit is exceeded in 2 of 4 cases; |x_r| reaches {PEAK} mm at limit 0.01 m"
+        f"the stroke limit is exceeded in 2 of 4 cases; |x_r| reaches {PEAK} mm at limit 10 mm"
     )
     assert warning.numbers["limit"] == 0.01
 
 
 def test_case_that_uses_the_most_of_its_own_limit_is_told_beside_the_peak(swept, capsys):
     out = said(swept("{stroke.limit: [100 mm, 10 mm]}"), capsys)
-    assert f"peak |x_r| {PEAK} mm 34.4 % of the stroke limit, at limit 0.1 m" in out
-    assert "344 % largest share of the stroke limit, at limit 0.01 m" in out
+    assert f"peak |x_r| {PEAK} mm 34.4 % of the stroke limit, at limit 100 mm" in out
+    assert "344 % largest share of the stroke limit, at limit 10 mm" in out
     assert f"by up to {PEAK - 10:.2f} mm" in out
 
 
 def test_rigid_stops_use_all_of_any_limit_and_no_more(swept, capsys):
     out = said(swept("{stroke.limit: [6 mm, 30 mm]}", ", stops: {restitution: 0.4}"), capsys)
-    assert "peak |x_r| 30 mm 100 % of the stroke limit, at limit 0.03 m" in out
+    assert "peak |x_r| 30 mm 100 % of the stroke limit, at limit 30 mm" in out
     assert "largest share" not in out
 
 

@@ -55,6 +55,8 @@ def test_units_stand_behind_and_a_dash_is_none():
     assert wording.format_length(-4e-7) == "-0.4 µm"
     assert wording.format_length(0.0) == "0 mm"
     assert wording.format_length(None) == "not known"
+    assert wording.format_quantity(0.025, "m") == "25 mm"
+    assert wording.format_quantity_range(0.0, 0.025, "m") == "0 to 25 mm"
 
 
 def test_swept_values_that_differ_do_not_read_alike():
@@ -213,10 +215,11 @@ def test_place_of_a_case_names_keys_by_their_last_word_unless_two_share_it():
     axes = [axis("excitation.frequency", "Hz", 1.6), axis("excitation.rms", "m/s2", 0.5)]
     point = {"excitation.frequency": 1.6, "excitation.rms": 0.5}
     assert describe_case(point, axes) == "frequency 1.6 Hz, rms 0.5 m/s²"
-    twins = [axis("a.rms", "m", 1.0), axis("b.rms", "-", 2.0)]
-    assert describe_case({"a.rms": 1.0, "b.rms": 2.0}, twins) == "a.rms 1 m, b.rms 2"
+    twins = [axis("a.rms", "m", 0.003), axis("b.rms", "-", 2.0)]
+    assert describe_case({"a.rms": 0.003, "b.rms": 2.0}, twins) == "a.rms 3 mm, b.rms 2"
     assert describe_axis(axis("a.b", "N", 1.0, 2.0)) == "a.b 1, 2 N"
     assert describe_axis(axis("a.b", "-", *range(9))) == "a.b 0 to 8 (9 values)"
+    assert describe_axis(axis("a.b", "m", 0.01, 0.025)) == "a.b 10, 25 mm"
 
 
 @pytest.mark.parametrize(

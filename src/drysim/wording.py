@@ -173,6 +173,26 @@ def display_unit(unit: str, size: float, reference: float = 0.0) -> tuple[float,
     return (100.0 if unit == "%" else 1.0), unit
 
 
+def format_quantity(
+    value: float | str | None, unit: str, digits: int = SIGNIFICANT_DIGITS
+) -> str:
+    """Return the value of a key in SI, e.g. `7 Hz`; a length is shown as in `length_unit`."""
+    if value is None or isinstance(value, str):
+        return format_number(value)
+    factor, symbol = display_unit(format_unit(unit), value)
+    return format_number(factor * value, symbol, digits)
+
+
+def format_quantity_range(
+    low: float | None, high: float | None, unit: str, digits: int = SIGNIFICANT_DIGITS
+) -> str:
+    """Return a range of values of a key in SI as `format_range`, lengths as `length_unit`."""
+    size = max((abs(end) for end in (low, high) if end is not None), default=0.0)
+    factor, symbol = display_unit(format_unit(unit), size)
+    first, last = (None if end is None else factor * end for end in (low, high))
+    return format_range(first, last, symbol, digits)
+
+
 def format_length(value: float | None, reference: float | None = None) -> str:
     """Return a length [m], e.g. `17.26 mm`; `reference` as in `length_unit`."""
     unit = length_unit(value or 0.0, reference or 0.0)

@@ -12,7 +12,13 @@ from drysim.cli.process import Plan
 from drysim.errors import UsageError
 from drysim.scenario.text import describe_clean_up
 from drysim.study.statistics import max_seeds, stopping_rule
-from drysim.wording import format_count, format_number, format_range, format_unit, join_words
+from drysim.wording import (
+    format_count,
+    format_number,
+    format_quantity,
+    format_range,
+    join_words,
+)
 
 if TYPE_CHECKING:
     from drysim.cli.job import Work
@@ -152,7 +158,7 @@ def fit_plan(model: FitModel, folder: Path) -> Plan:
         f"{join_words(model.compared)}, step {format_number(record.dt, 's')}",
         "starts from "
         + ", ".join(
-            f"{parameter.key} {format_number(value, format_unit(parameter.unit), 3)}"
+            f"{parameter.key} {format_quantity(value, parameter.unit, 3)}"
             for parameter, value in zip(model.parameters, starts[0], strict=True)
         ),
     ]

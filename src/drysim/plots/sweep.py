@@ -470,12 +470,12 @@ def _make_panel(
 
 def point_label(point: Point, axes: Sequence[Axis]) -> str:
     """Return the label of a point of the sweep, with symbols of the paper."""
-    units = {axis.key: wording.format_unit(axis.unit) for axis in axes}
+    units = {axis.key: axis.unit for axis in axes}
     files = swept_files(axes, FILE_KEY)
     labels = dict(zip(files, file_labels(files), strict=True)) if FILE_KEY in point else {}
     return ", ".join(
         f"{SYMBOLS.get(key, short_key(key, units))} "
-        f"{labels.get(value) or wording.sanitise(wording.format_number(value, units[key]))}"
+        f"{labels.get(value) or wording.sanitise(wording.format_quantity(value, units[key]))}"
         for key, value in point.items()
     )
 

@@ -27,8 +27,8 @@ from drysim.wording import (
     format_count,
     format_length,
     format_number,
+    format_quantity,
     format_range,
-    format_unit,
     join_words,
 )
 
@@ -130,7 +130,7 @@ def bifurcation_rows(result: BranchesResult) -> Iterator[Row]:
             before, after = map(format_number, counts)
             if bifurcation.kind == GRAZING and before != after:
                 remarks.append(f"{format_range(before, after)} {name} per period")
-        value = format_number(bifurcation.value, format_unit(result.axis.unit), 10)
+        value = format_quantity(bifurcation.value, result.axis.unit, 10)
         yield Row(bifurcation.kind, value, "; ".join(remarks))
     if len(result.bifurcations) > MAX_SHOWN:
         more = len(result.bifurcations) - MAX_SHOWN

@@ -59,6 +59,7 @@ from drysim.wording import (
     format_count,
     format_deviation,
     format_number,
+    format_quantity,
     format_range,
     format_unit,
     join_words,
@@ -231,7 +232,8 @@ def best_rows(result: DesignResult) -> Iterator[Row]:
         return
     keys = [vary.key for vary in result.design.vary]
     for vary in result.design.vary:
-        unit, remarks = format_unit(vary.unit), list[str]()
+        value, remarks = shown.values[vary.key], list[str]()
+        factor, unit = wording.display_unit(format_unit(vary.unit), value)
         if vary.key == "oscillator.damping_ratio":
             remarks.append(describe_damping(result))
         for label, region in (("95 %", result.optimum), ("within 1 %", result.flat)):
@@ -239,10 +241,11 @@ def best_rows(result: DesignResult) -> Iterator[Row]:
                 continue
             low, high = region.ends[vary.key]
             if low is None or low != high or vary.key not in bounds:
-                remarks.append(f"{label}: {describe_region(low, high)}")
+                ends = (None if end is None else factor * end for end in (low, high))
+                remarks.append(f"{label}: {describe_region(*ends)}")
         if vary.key in bounds:
             remarks.append(f"at its {bounds[vary.key]} bound")
-        text = format_number(shown.values[vary.key], unit)
+        text = format_number(factor * value, unit)
         yield Row(short_key(vary.key, keys), text, "; ".join(remarks))
     for name, value, half_width in zip(
         result.design.minimise, shown.objectives, result.half_widths, strict=True
@@ -274,7 +277,7 @@ def bound_rows(result: DesignResult) -> Iterator[Row]:
             end = vary.low if side == "lower" else vary.high
             if end in vary.bounds:
                 continue
-            value = format_number(end, format_unit(vary.unit))
+            value = format_quantity(end, vary.unit)
             bound = f"{short_key(vary.key, keys)} {'>=' if side == 'lower' else '<='} {value}"
             remark = f"{side} end of its range; a better design may lie beyond"
             yield Row("binding", bound, remark)

@@ -27,7 +27,7 @@ from drysim.study.regimes import (
 )
 from drysim.study.statistics import seed_range
 from drysim.study.summary import Row, Summary
-from drysim.wording import format_number, format_percent, format_unit
+from drysim.wording import format_number, format_percent, format_quantity
 
 if TYPE_CHECKING:
     from drysim.results.fields import Fields, Provenance
@@ -64,7 +64,7 @@ def answers(result: RegimeMap) -> Iterator[str]:
         yield f"At {describe_point(place.values, units)}: {'; '.join(motion)}."
     for change in place.changes:
         more = "more" if change.distance > 0.0 else "less"
-        step = format_number(abs(change.distance), format_unit(units[change.key]), 3)
+        step = format_quantity(abs(change.distance), units[change.key], 3)
         yield f"{step} {more} {change.key}: {change.sentence}."
 
 
@@ -117,8 +117,7 @@ def place_rows(result: RegimeMap) -> Iterator[Row]:
         yield Row("here", "–", "the file does not state both keys")
         return
     values = ", ".join(
-        f"{short_key(axis.key, keys)} "
-        f"{format_number(place.values[axis.key], format_unit(axis.unit))}"
+        f"{short_key(axis.key, keys)} {format_quantity(place.values[axis.key], axis.unit)}"
         for axis in result.axes
     )
     yield Row("here", values, "; ".join(result.describe_place()))

@@ -243,10 +243,7 @@ def _hysteresis_rows(table: Table) -> Iterator[Row]:
         yield Row("hysteresis", "none", "T_a is the same up and down, in every case")
         return
     low, high = min(loop.low for loop in loops), max(loop.high for loop in loops)
-    unit, widest = (
-        wording.format_unit(table.axes[0].unit),
-        max(loops, key=lambda loop: loop.gap),
-    )
+    widest = max(loops, key=lambda loop: loop.gap)
     up, down = (
         row.status if row.status != OK else format_number(row.metrics["T_a"], digits=5)
         for row in (widest.up, widest.down)
@@ -254,7 +251,7 @@ def _hysteresis_rows(table: Table) -> Iterator[Row]:
     where = describe_case(widest.point, table.axes)
     yield Row(
         "hysteresis",
-        format_range(low, high, unit),
+        wording.format_quantity_range(low, high, table.axes[0].unit),
         f"T_a {up} up against {down} down at {where}",
     )
 

@@ -29,7 +29,6 @@ from pydantic_core import CoreSchema
 from drysim.block import Block
 from drysim.core.model import Floats
 from drysim.scenario.sampling import LazySequence, SampledValues, Uniform
-from drysim.wording import format_unit
 from drysim.yaml_document import KeyPath
 
 SWEEP_KEY = "sweep"
@@ -94,7 +93,7 @@ class KeyRange(NamedTuple):
     @property
     def description(self) -> str:
         """The range as text."""
-        return Uniform(self.low, self.high, self.is_log).describe(format_unit(self.unit))
+        return Uniform(self.low, self.high, self.is_log).describe(self.unit)
 
     @property
     def entry(self) -> dict[str, Any]:

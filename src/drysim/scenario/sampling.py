@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.model import Floats
-from drysim.wording import format_number, format_range
+from drysim.wording import format_quantity, format_quantity_range
 
 Indices = NDArray[np.int64]
 
@@ -189,7 +189,7 @@ class Distribution(Protocol):
         """Return the quantiles for probabilities."""
 
     def describe(self, unit: str) -> str:
-        """Return a short text with parameters in a unit."""
+        """Return a short text with parameters in an SI unit."""
 
 
 @dataclass(frozen=True)
@@ -209,8 +209,8 @@ class Uniform:
         return np.where(share == 1.0, self.high, inside)
 
     def describe(self, unit: str) -> str:
-        """Return a short text with parameters in a unit."""
-        return f"{format_range(self.low, self.high, unit)}{', log' * self.log}"
+        """Return a short text with parameters in an SI unit."""
+        return f"{format_quantity_range(self.low, self.high, unit)}{', log' * self.log}"
 
 
 @dataclass(frozen=True)
@@ -234,10 +234,9 @@ class Normal:
         return np.asarray(np.clip(self.mean + self.sd * scaled, self.low, self.high))
 
     def describe(self, unit: str) -> str:
-        """Return a short text with parameters in a unit."""
-        return (
-            f"normal, mean {format_number(self.mean, unit)}, sd {format_number(self.sd, unit)}"
-        )
+        """Return a short text with parameters in an SI unit."""
+        mean, sd = format_quantity(self.mean, unit), format_quantity(self.sd, unit)
+        return f"normal, mean {mean}, sd {sd}"
 
 
 @dataclass(frozen=True)
@@ -259,8 +258,8 @@ class LogNormal:
         return np.asarray(np.clip(np.exp(inner.quantile(share)), self.low, self.high))
 
     def describe(self, unit: str) -> str:
-        """Return a short text with parameters in a unit."""
-        mean, sd = format_number(self.mean, unit), format_number(self.sd, unit)
+        """Return a short text with parameters in an SI unit."""
+        mean, sd = format_quantity(self.mean, unit), format_quantity(self.sd, unit)
         return f"lognormal, mean {mean}, sd {sd}"
 
 
@@ -280,9 +279,9 @@ class Triangular:
         return np.where(share * width <= rise, lower, upper)
 
     def describe(self, unit: str) -> str:
-        """Return a short text with parameters in a unit."""
-        ends = format_range(self.low, self.high, unit)
-        return f"triangular, {ends}, mode {format_number(self.mode, unit)}"
+        """Return a short text with parameters in an SI unit."""
+        ends = format_quantity_range(self.low, self.high, unit)
+        return f"triangular, {ends}, mode {format_quantity(self.mode, unit)}"
 
 
 def _truncated_quantile(low: float, high: float, share: Floats) -> Floats:

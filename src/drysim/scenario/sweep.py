@@ -71,7 +71,6 @@ from drysim.scenario.values import (
     read_whole_number,
 )
 from drysim.system import relative_path
-from drysim.wording import format_unit
 from drysim.yaml_document import UNREAD_KEYS, KeyPath
 
 
@@ -271,7 +270,7 @@ def _read_sample(reading: Reading, keys: KnownKeys, value: Any) -> Iterator[Axis
         assert distribution is not None
         law, spec = distribution
         unit = numerals[key].header
-        label = f"{law.describe(format_unit(unit))} ({count} values, {block['kind']})"
+        label = f"{law.describe(unit)} ({count} values, {block['kind']})"
         yield Axis(
             key, unit, SampledValues(design, k, law), (head, spec), "sample", label,
             (*path, "over", key),

@@ -26,15 +26,19 @@ from drysim.scenario.axes import Axis
 from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.wording import (
     Point,
+    display_unit,
     format_count,
     format_distinct,
     format_length,
     format_number,
     format_percent,
+    format_quantity,
+    format_quantity_range,
     format_range,
     format_times,
     format_unit,
     sanitise,
+    with_unit,
 )
 
 # Sweeps: axes and cases.
@@ -48,12 +52,20 @@ def describe_axis(axis: Axis) -> str:
     """Return a swept key and its values, e.g. `excitation.rms 0.5 to 1 m/s² (6 values)`."""
     if axis.description:
         return f"{axis.key} {axis.description}"
-    unit, values = format_unit(axis.unit), axis.values
+    values = axis.values
     if len(values) <= MAX_LISTED_VALUES:
-        *most, last = format_distinct(values)
-        return f"{axis.key} {', '.join([*most, f'{last} {unit}'.rstrip()])}"
-    ends = axis.range
-    return f"{axis.key} {format_range(ends.low, ends.high, unit)} ({len(values)} values)"
+        return f"{axis.key} {_list_values(values, axis.unit)}"
+    span = format_quantity_range(axis.range.low, axis.range.high, axis.unit)
+    return f"{axis.key} {span} ({len(values)} values)"
+
+
+def _list_values(values: Sequence[float], unit: str) -> str:
+    """Return values of a key with their unit, lengths as in `length_unit`."""
+    if unit == "m":
+        factor, unit = display_unit(unit, max(map(abs, values)))
+        values = [factor * value for value in values]
+    *most, last = format_distinct(values)
+    return ", ".join([*most, with_unit(last, format_unit(unit))])
 
 
 def describe_case(point: Point, axes: Sequence[Axis]) -> str:
@@ -64,7 +76,7 @@ def describe_case(point: Point, axes: Sequence[Axis]) -> str:
 def describe_point(point: Point, units: Mapping[str, str]) -> str:
     """Return the values of a point, with the units by swept key."""
     return ", ".join(
-        f"{short_key(key, units)} {format_number(value, format_unit(units.get(key, '')))}"
+        f"{short_key(key, units)} {format_quantity(value, units.get(key, ''))}"
         for key, value in point.items()
     )
 
@@ -73,18 +85,17 @@ def describe_cases(points: Sequence[Point], axes: Sequence[Axis]) -> str:
     """Return the swept values of a few cases, e.g. `frequency 0.5, 7 Hz`."""
     if len(points[0]) > 1:
         return "; ".join(describe_case(point, axes) for point in points)
-    units = {axis.key: format_unit(axis.unit) for axis in axes}
-    *values, last = sorted(value for point in points for value in point.values())
+    units = {axis.key: axis.unit for axis in axes}
+    values = sorted(value for point in points for value in point.values())
     (key,) = points[0]
-    texts = [*map(format_number, values), format_number(last, units.get(key, ""))]
-    return f"{short_key(key, units)} {', '.join(texts)}"
+    return f"{short_key(key, units)} {_list_values(values, units.get(key, ''))}"
 
 
 def describe_range(ends: Mapping[str, tuple[float, float]], axes: Sequence[Axis]) -> str:
     """Return the range of some cases, e.g. `frequency 0.5 to 8 Hz, rms 0.5 to 1 m/s²`."""
-    units = {axis.key: format_unit(axis.unit) for axis in axes}
+    units = {axis.key: axis.unit for axis in axes}
     return ", ".join(
-        f"{short_key(key, units)} {format_range(low, high, units.get(key, ''))}"
+        f"{short_key(key, units)} {format_quantity_range(low, high, units.get(key, ''))}"
         for key, (low, high) in ends.items()
     )
 

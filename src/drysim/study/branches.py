@@ -61,8 +61,9 @@ from drysim.wording import (
     format_count,
     format_length,
     format_number,
+    format_quantity,
+    format_quantity_range,
     format_range,
-    format_unit,
     join_words,
 )
 from drysim.yaml_document import KeyPath
@@ -252,12 +253,12 @@ class BranchesResult(Result):
 
     def place(self, value: float) -> str:
         """Return a value of the key as text."""
-        return format_number(value, format_unit(self.axis.unit), 6)
+        return format_quantity(value, self.axis.unit, 6)
 
     def interval(self, values: Floats) -> str:
         """Return the smallest and the largest of some values of the key as text."""
-        unit = format_unit(self.axis.unit)
-        return format_range(float(values.min()), float(values.max()), unit, 6)
+        low, high = float(values.min()), float(values.max())
+        return format_quantity_range(low, high, self.axis.unit, 6)
 
     def __repr__(self) -> str:
         """Return the number of branches in one line."""
@@ -337,7 +338,7 @@ def further_keys_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         return
     stated = scenario.values_of([axis.key for axis in others])
     kept = [
-        f"{axis.key} at {format_number(stated[axis.key], format_unit(axis.unit))}"
+        f"{axis.key} at {format_quantity(stated[axis.key], axis.unit)}"
         if axis.key in stated
         else axis.key
         for axis in others
@@ -753,7 +754,7 @@ MAX_LISTED_GAPS = 4
 
 def describe_values(values: Sequence[float], unit: str) -> str:
     """Return some values of a key as text, e.g. `1.2 N, 1.3 N and 5 more`."""
-    listed = [format_number(value, format_unit(unit), 6) for value in values[:MAX_LISTED_GAPS]]
+    listed = [format_quantity(value, unit, 6) for value in values[:MAX_LISTED_GAPS]]
     more = len(values) - len(listed)
     return join_words([*listed, f"{more} more"] if more else listed)
 

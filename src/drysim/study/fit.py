@@ -92,7 +92,7 @@ from drysim.study.run import measure_case
 from drysim.study.starting_values import noise_level
 from drysim.study.statistics import NORMAL_95
 from drysim.study.store import Store
-from drysim.wording import format_number, format_range, format_unit, join_words
+from drysim.wording import format_number, format_quantity, format_range, join_words
 
 HIGH_CORRELATION = 0.9
 """Correlation from which two parameters are named."""
@@ -204,7 +204,7 @@ class FitResult(Result):
     def __repr__(self) -> str:
         """Return the fitted values in one line."""
         values = ", ".join(
-            f"{parameter.key} {format_number(parameter.value, format_unit(parameter.unit))}"
+            f"{parameter.key} {format_quantity(parameter.value, parameter.unit)}"
             for parameter in self.parameters
         )
         error = f"error {format_number(100 * (self.metrics['fit_error'] or 0.0), '%', 3)}"
@@ -529,9 +529,7 @@ def intervals(law_fit: LawFit, profiles: Mapping[int, ParameterProfile]) -> Iter
                 # none of a static limit up to that of a first stop.
                 note = reason_of(law_fit, groups.get(j, (j,)))
                 if parameter.profile_high is not None:
-                    note += (
-                        f" up to {format_number(parameter.profile_high, format_unit(p.unit))}"
-                    )
+                    note += f" up to {format_quantity(parameter.profile_high, p.unit)}"
                 parameter = parameter._replace(deviation=None, low=None, high=None, note=note)
         elif j in groups:
             parameter = parameter._replace(note=reason_of(law_fit, groups[j]))

@@ -23,7 +23,7 @@ from drysim.study.fit_law import (
 from drysim.study.fit_least_squares import MIN_PART, STEPS, LeastSquares, is_noise, rms
 from drysim.study.fit_model import MIN_SAMPLES, FitModel, FreeParameter, is_decay
 from drysim.study.starting_values import STILL_NOISE, noise_level
-from drysim.wording import format_number, format_unit, join_words
+from drysim.wording import format_number, format_quantity, join_words
 
 WHITE = 4.0
 """Autocorrelation of the residuals, times the root of their number, from which they are not
@@ -88,14 +88,14 @@ def fit_warnings(
         if p.note:
             notes.setdefault(p.note, []).append(p.key)
         elif is_near(p.value, given.low, scale) or is_near(p.value, given.high, scale):
-            end = format_number(p.value, format_unit(free.unit))
+            end = format_quantity(p.value, free.unit)
             sentence = f"{p.key} ends at its bound of {end} in fit.free"
             yield WarningMessage("at-bound", sentence)
         elif p.bound == free.low == 0.0:
             sentence = f"{p.key} ends at 0, its least value: this record shows none of it"
             yield WarningMessage("at-bound", sentence)
         elif p.bound is not None:
-            end = format_number(p.bound, format_unit(free.unit))
+            end = format_quantity(p.bound, free.unit)
             which = "least" if p.bound == free.low else "largest"
             yield WarningMessage("at-bound", f"{p.key} ends at {end}, its {which} value")
     for note, keys in notes.items():

@@ -81,7 +81,7 @@ from drysim.study.preparation import (
     require_scenario,
 )
 from drysim.study.sweep import choose_engine
-from drysim.wording import format_number, format_unit
+from drysim.wording import format_quantity
 
 Labels = Mapping[str, Integers]
 Advance = Callable[[int], None]
@@ -290,7 +290,7 @@ class Change(NamedTuple):
     def step(self) -> str:
         """The change of the key as text."""
         more = "more" if self.distance > 0.0 else "less"
-        return f"{format_number(abs(self.distance), format_unit(self.unit), 3)} {more}"
+        return f"{format_quantity(abs(self.distance), self.unit, 3)} {more}"
 
     def __str__(self) -> str:
         """Return the change as one sentence."""
