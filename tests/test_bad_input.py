@@ -160,17 +160,17 @@ def test_output_is_refused_before_anything_is_computed(seat):
 
 
 @pytest.mark.parametrize("option", [(), ("--dry-run",)])
-def test_disk_without_room_for_the_response_is_told_before_the_work(
+def test_disk_without_room_for_all_responses_is_told_before_the_work(
     refused, seat, monkeypatch, option
 ):
-    almost_full = SimpleNamespace(total=10**12, used=10**12 - 80_000, free=80_000)
+    almost_full = SimpleNamespace(total=10**12, used=10**12 - 100_000, free=100_000)
     monkeypatch.setattr("shutil.disk_usage", lambda place: almost_full)
     monkeypatch.setattr("drysim.study.run.solve", lambda case: pytest.fail("began to work"))
     short = seat.with_name("short.yaml")
     text = seat.read_text().replace("name: seat", "name: short")
     short.write_text(text.replace("duration: 2", "duration: 1"))
     said = " ".join(refused("run", short, seat, *option).split())
-    assert "cannot write out/seat: it needs about 80.1 kB, and 80 kB are free" in said
+    assert "cannot write out: it needs about 120 kB, and 100 kB are free" in said
     assert "use a longer step or a shorter duration, free disk space" in said
 
 

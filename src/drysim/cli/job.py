@@ -189,9 +189,11 @@ def carry_out_each(jobs: Sequence[Job], common: Common) -> int:
     from drysim import output
 
     mode, folders = common.mode, output_folders(jobs, common.out)
-    for job, folder in zip(jobs, folders, strict=True):
+    for folder in folders:
         output.check_writable(folder)
-        output.check_disk_space(folder, job.volume)
+    # The folders of several results are in one folder, and so on one disk.
+    place = folders[0] if len(folders) == 1 else folders[0].parent
+    output.check_disk_space(place, sum(job.volume for job in jobs))
     if common.junit is not None:
         from drysim.output.junit import check_junit
 
