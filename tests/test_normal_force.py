@@ -52,7 +52,7 @@ def scene(tmp_path):
 def test_record_lifts_off_and_its_run_says_so(scene):
     outcome = drysim.run(load(scene()))
     assert {"lift", "slip+", "slip-", "stick"} <= set(outcome.response.events.names)
-    assert outcome.response.numerics.core == "pressed"
+    assert outcome.response.numerics.core == "rigid-contact"
     assert outcome.response.numerics.closest_decision > 0
     assert outcome.metrics["energy_residual"] < 1e-12
 
@@ -83,7 +83,11 @@ def test_record_in_options_of_another_law_is_resolved_to_its_own_file(scene, tmp
 
 
 def test_amplitude_of_one_and_more_is_solved_by_modes(scene):
-    for amplitude, kind in ((0.999, "leap"), (1.0, "pressed"), (1.7, "pressed")):
+    for amplitude, kind in (
+        (0.999, "event-to-event"),
+        (1.0, "rigid-contact"),
+        (1.7, "rigid-contact"),
+    ):
         force = f"normal: 100, normal_variation: {{amplitude: {amplitude}, frequency: 4}}"
         outcome = drysim.run(load(scene(force, more="")))
         assert outcome.response.numerics.core == kind

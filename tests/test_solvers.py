@@ -30,38 +30,44 @@ STOPS = EndStops(StrokeLimits(1e-3, 1e-3), ((0.0, 1e5),))
 RECORD = NormalForceRecord(np.array([1.0, 0.5, 1.5, 1.0]), 0.5, 100.0)
 
 SCENES = {
-    "stops": (PiecewiseLaw(30.0, 40.0, stops=STOPS), SINE, "bounded", "end stops"),
+    "stops": (PiecewiseLaw(30.0, 40.0, stops=STOPS), SINE, "end-stops", "end stops"),
     "stops of an elastic contact": (
-        PiecewiseLaw(30.0, 30.0, 2e4, stops=STOPS), SAMPLES, "bounded", "end stops",
+        PiecewiseLaw(30.0, 30.0, 2e4, stops=STOPS), SAMPLES, "end-stops", "end stops",
     ),
-    "elastic": (PiecewiseLaw(30.0, 30.0, 2e4), SINE, "contact", "elastic contact"),
+    "elastic": (PiecewiseLaw(30.0, 30.0, 2e4), SINE, "elastic-contact", "elastic contact"),
     "damper by direction": (
-        PiecewiseLaw(30.0, 40.0, damping=(900.0, 100.0)), SAMPLES, "directed", "friction or",
+        PiecewiseLaw(30.0, 40.0, damping=(900.0, 100.0)), SAMPLES, "by-direction",
+        "friction or",
     ),
     "friction by direction": (
-        PiecewiseLaw(30.0, 40.0, compression=(10.0, 12.0)), SINE, "directed", "friction or",
+        PiecewiseLaw(30.0, 40.0, compression=(10.0, 12.0)), SINE, "by-direction", "friction or",
     ),
     "recorded": (
-        PiecewiseLaw(30.0, 40.0, force_record=RECORD), SINE, "pressed", "recorded normal",
+        PiecewiseLaw(30.0, 40.0, force_record=RECORD), SINE, "rigid-contact", "recorded normal",
     ),
     "vanishing": (
-        PiecewiseLaw(30.0, 40.0, 0.0, 1.5, 8.0), SAMPLES, "pressed", "vanishing normal",
+        PiecewiseLaw(30.0, 40.0, 0.0, 1.5, 8.0), SAMPLES, "rigid-contact", "vanishing normal",
     ),
-    "rigid": (PiecewiseLaw(30.0, 40.0, 0.0, 0.5, 8.0), SINE, "pressed", "rigid contact"),
-    "stribeck": (DynamicLaw(30.0, 40.0, STRIBECK), SINE, "series", "friction that depends"),
+    "rigid": (PiecewiseLaw(30.0, 40.0, 0.0, 0.5, 8.0), SINE, "rigid-contact", "rigid contact"),
+    "stribeck": (
+        DynamicLaw(30.0, 40.0, STRIBECK), SINE, "taylor-series", "friction that depends",
+    ),
     "lugre": (
-        DynamicLaw(30.0, 40.0, BRISTLE, 1e-2, 2.0, 1e5, 300.0), SAMPLES, "series", "bristles,",
+        DynamicLaw(30.0, 40.0, BRISTLE, 1e-2, 2.0, 1e5, 300.0), SAMPLES, "taylor-series",
+        "bristles,",
     ),
     "leuven": (
-        DynamicLaw(30.0, 40.0, LEUVEN, 1e-2, 2.0, 1e5, 300.0, 0.0, 60.0), SINE, "series",
+        DynamicLaw(30.0, 40.0, LEUVEN, 1e-2, 2.0, 1e5, 300.0, 0.0, 60.0), SINE, "taylor-series",
         "bristles with hysteresis",
     ),
-    "coulomb, sine": (CoulombLaw(30.0, 40.0), SINE, "leap", "under sines"),
-    "varying, sine": (CoulombLaw(30.0, 40.0, 0.5, 8.0), SINE, "leap", "under sines"),
+    "coulomb, sine": (CoulombLaw(30.0, 40.0), SINE, "event-to-event", "under sines"),
+    "varying, sine": (CoulombLaw(30.0, 40.0, 0.5, 8.0), SINE, "event-to-event", "under sines"),
     "varying, samples": (
-        CoulombLaw(30.0, 40.0, 0.5, 8.0), SAMPLES, "leap", "varying friction limits",
+        CoulombLaw(30.0, 40.0, 0.5, 8.0), SAMPLES, "event-to-event", "varying friction limits",
     ),
-    "coulomb, samples": (CoulombLaw(30.0, 40.0), SAMPLES, "march", "between samples"),
+    "coulomb, samples": (
+        CoulombLaw(30.0, 40.0), SAMPLES, "sample-to-sample", "between samples",
+    ),
 }  # fmt: skip
 
 

@@ -525,7 +525,7 @@ def test_run_tells_its_stops_in_every_file(tmp_path, drysim, stops):
     assert "the mass hits its end stops" in answer.err
     out = tmp_path / "out/seat"
     told = json.loads((out / "drysim.json").read_text())
-    assert told["numerics"]["core"] == "bounded"
+    assert told["numerics"]["core"] == "end-stops"
     assert told["metrics"]["contacts"] == 2
     header, *rows = (out / "response.csv").read_text().splitlines()
     assert header.endswith("stuck [-],F_stop [N]")
@@ -563,7 +563,7 @@ def test_scene_without_stops_has_none_of_it(tmp_path, drysim):
     (tmp_path / "seat.yaml").write_text(SCENARIO_SEAT.replace(", stops: STOPS", ""))
     answer = drysim("run", "seat.yaml", "--json")
     told = json.loads(answer.out)
-    assert told["numerics"]["core"] == "leap"
+    assert told["numerics"]["core"] == "event-to-event"
     assert told["metrics"]["contacts"] is None
     header = (tmp_path / "out/seat/response.csv").read_text().splitlines()[0]
     assert header.endswith("stuck [-]")
