@@ -27,7 +27,7 @@ from drysim.errors import OutputError, WarningMessage
 from drysim.metrics.checks import Check
 from drysim.metrics.table import METRICS, UNITS
 from drysim.output import folder
-from drysim.output.folder import install_partial, write_marker
+from drysim.output.folder import install_partial, read_stored_fields, write_marker
 from drysim.results import all_kinds, kind_named, tables
 from drysim.results import run as run_kind
 from drysim.results.comparison import comparison_fields, write_comparison_csv
@@ -345,6 +345,8 @@ def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial():
         else:
             word = "partial"
             assert partial.read_text() == "new"
+            with pytest.raises(OutputError, match="about to be replaced when its command was"):
+                read_stored_fields(Path("out"))
         assert word in {"old", "new", "partial"}
         seen.append(word)
         assert set(names(".")) <= {"out", "out.partial", "out.replaced"}

@@ -581,6 +581,11 @@ def read_stored_fields(folder: Path) -> dict[str, Any]:
         if isinstance(fault, FileNotFoundError) and (parts := resumable_parts(folder)):
             sentence = f"{folder} is not finished: its parts are in {folder}.partial"
             raise OutputError(sentence, _resume_hint(parts)) from fault
+        backup = sibling(resolve_name(folder), "replaced")
+        if isinstance(fault, FileNotFoundError) and _read_marker(backup) is not None:
+            sentence = f"{folder} was about to be replaced when its command was killed"
+            hint = f"the earlier result is in {folder}.replaced; compute it again"
+            raise OutputError(sentence, hint) from fault
         reason = (fault.strerror or str(fault)).lower()
         raise OutputError(f"cannot read {folder}: {reason}", hint) from fault
     except (ValueError, RecursionError) as fault:
