@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +60,25 @@ STRANGE = [
 """Values in place of others; each is JSON."""
 
 
+@contextmanager
+def restored(folder):
+    """Give the text of drysim.json, and the folder as it was behind the block."""
+    file = folder / "drysim.json"
+    whole = file.read_text(encoding="utf-8")
+    try:
+        yield whole
+    finally:
+        file.write_text(whole, encoding="utf-8")
+        (folder / "report.html").unlink(missing_ok=True)
+
+
+def parent_of(fields, path):
+    """Return the block or list that a path of a tree of JSON ends in."""
+    for key in path[:-1]:
+        fields = fields[key]
+    return fields
+
+
 def places(value, path=()):
     """Yield the path of every value in a tree of JSON."""
     if path:
@@ -77,10 +97,8 @@ def damaged(text, rng):
         # A path is drawn by its depth, so that the few at the top come as often as all below.
         depth = rng.integers(1, 1 + max(map(len, spots)))
         spots = [spot for spot in spots if len(spot) <= depth]
-        *above, last = spots[rng.integers(len(spots))]
-        parent = fields
-        for key in above:
-            parent = parent[key]
+        path = spots[rng.integers(len(spots))]
+        parent, last = parent_of(fields, path), path[-1]
         match rng.integers(3):
             case 0:
                 del parent[last]
@@ -112,55 +130,45 @@ def is_same(text, other):
 def test_each_value_of_drysim_json_that_is_changed_is_noticed(results, kind):
     text = (results(kind) / "drysim.json").read_text(encoding="utf-8")
     assert is_intact(json.loads(text))
-    for *above, last in places(json.loads(text)):
+    for path in places(json.loads(text)):
+        last = path[-1]
         if last == "created":  # in which two runs of the same scenario differ
             continue
-        fields = json.loads(text)
-        parent = fields
-        for key in above:
-            parent = parent[key]
-        value = parent[last]
-        parent[last] = not value if isinstance(value, bool) else [value]
-        assert not is_intact(fields), (above, last)
+        parent = parent_of(fields := json.loads(text), path)
+        parent[last] = not parent[last] if isinstance(parent[last], bool) else [parent[last]]
+        assert not is_intact(fields), path
         del parent[last]
-        assert not is_intact(fields), (above, last)
+        assert not is_intact(fields), path
 
 
 def test_each_byte_of_drysim_json_that_is_changed_is_noticed(results, capsys):
-    folder = results("run")
-    file, rng = folder / "drysim.json", np.random.Generator(np.random.PCG64(3))
-    whole = file.read_bytes()
-    try:
+    folder, rng = results("run"), np.random.Generator(np.random.PCG64(3))
+    with restored(folder) as text:
+        whole = text.encode()
         for place in rng.integers(len(whole), size=150):
             changed = bytearray(whole)
             changed[place] = rng.integers(256)
-            file.write_bytes(changed)
+            (folder / "drysim.json").write_bytes(changed)
             code = main(["summarise", str(folder)])
             err = capsys.readouterr().err
             if code:
                 assert (code, err.startswith("error: ")) == (2, True)
             else:
-                assert is_same(changed, whole) or NOTICED.search(err), changed[place - 20 :][
-                    :40
-                ]
-    finally:
-        file.write_bytes(whole)
+                near = changed[place - 20 :][:40]
+                assert is_same(changed, whole) or NOTICED.search(err), near
 
 
 def test_another_layout_of_drysim_json_is_no_change(results, drysim):
-    file = results("run") / "drysim.json"
-    whole = file.read_text(encoding="utf-8")
-    file.write_text(json.dumps(dict(reversed(json.loads(whole).items()))), encoding="utf-8")
-    try:
-        assert drysim("summarise", file.parent).err == ""
-    finally:
-        file.write_text(whole, encoding="utf-8")
+    folder = results("run")
+    with restored(folder) as whole:
+        reordered = json.dumps(dict(reversed(json.loads(whole).items())))
+        (folder / "drysim.json").write_text(reordered, encoding="utf-8")
+        assert drysim("summarise", folder).err == ""
 
 
 def test_report_of_a_changed_result_claims_nothing_and_does_not_hide_it(seat, drysim):
-    assert (
-        drysim("run", seat, "--no-plots", "--out", "out", "--set", "checks=[T_a < 9]").code == 0
-    )
+    words = ("--no-plots", "--out", "out", "--set", "checks=[T_a < 9]")
+    assert drysim("run", seat, *words).code == 0
     file = Path("out/drysim.json")
     file.write_text(file.read_text().replace('"passed": true', '"passed": false', 1))
     for _ in range(2):
@@ -177,34 +185,19 @@ def test_report_of_a_changed_result_claims_nothing_and_does_not_hide_it(seat, dr
 @pytest.mark.parametrize(
     ("path", "value", "sentence"),
     [
-        (
-            ("metrics", "T_a"),
-            "high",
-            "metrics.T_a is `high`, which drysim does not write there",
-        ),
-        (
-            ("summary", "groups", 0, 0),
-            3,
-            "summary.groups.0.0 is 3, which drysim does not write",
-        ),
+        (("metrics", "T_a"), "high", "metrics.T_a is `high`, which drysim does not write"),
+        (("summary", "groups", 0, 0), 3, "summary.groups.0.0 is 3, which drysim does not"),
         (("summary", "checks"), [{}], "summary.checks.0"),  # or below it, by pydantic
         (("warnings",), 3, "warnings is 3, which drysim does not write there"),
     ],
 )
 def test_damaged_value_is_named_with_its_place(results, drysim, path, value, sentence):
-    file = results("run") / "drysim.json"
-    whole = file.read_text(encoding="utf-8")
-    fields = json.loads(whole)
-    *above, last = path
-    parent = fields
-    for key in above:
-        parent = parent[key]
-    parent[last] = value
-    file.write_text(json.dumps(fields), encoding="utf-8")
-    try:
-        done = drysim("report", file.parent, "--no-plots")
-    finally:
-        file.write_text(whole, encoding="utf-8")
+    folder = results("run")
+    with restored(folder) as whole:
+        fields = json.loads(whole)
+        parent_of(fields, path)[path[-1]] = value
+        (folder / "drysim.json").write_text(json.dumps(fields), encoding="utf-8")
+        done = drysim("report", folder, "--no-plots")
     assert (done.code, done.out) == (2, "")
     assert f"drysim.json is damaged: {sentence}" in " ".join(done.err.split())
 
@@ -212,8 +205,8 @@ def test_damaged_value_is_named_with_its_place(results, drysim, path, value, sen
 def check_damaged(folder, number, pages, seed, capsys):
     """Summarise damaged copies, and report some: shown, or an error that names the file."""
     file, rng = folder / "drysim.json", np.random.Generator(np.random.PCG64(seed))
-    whole, seen = file.read_text(encoding="utf-8"), set()
-    try:
+    seen = set()
+    with restored(folder) as whole:
         for count in range(number):
             words = damaged(whole, rng)
             file.write_text(words, encoding="utf-8")
@@ -232,9 +225,6 @@ def check_damaged(folder, number, pages, seed, capsys):
                     assert is_same(words, whole) or NOTICED.search(err), words
             assert {path.name for path in folder.iterdir()} <= names_of(whole)
             (folder / "report.html").unlink(missing_ok=True)
-    finally:
-        file.write_text(whole, encoding="utf-8")
-        (folder / "report.html").unlink(missing_ok=True)
     assert seen >= {("summarise", 0), ("summarise", 2)}
 
 
@@ -243,35 +233,31 @@ def names_of(text):
     return {"drysim.json", "report.html", *json.loads(text)["files"]}
 
 
+MANY = pytest.param(1000, 200, 8, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize(("number", "pages", "seed"), [(25, 2, 7), MANY])
 @pytest.mark.parametrize("kind", KINDS)
-def test_damaged_result_is_shown_or_refused_with_its_place(results, kind, capsys):
-    check_damaged(results(kind), 25, 2, 7, capsys)
+def test_damaged_result_is_shown_or_refused_with_its_place(
+    results, kind, number, pages, seed, capsys
+):
+    check_damaged(results(kind), number, pages, seed, capsys)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_result_with_an_empty_part_is_shown_or_refused(results, kind, capsys):
     folder = results(kind)
-    file = folder / "drysim.json"
-    whole = file.read_text(encoding="utf-8")
-    parts = [path for path in places(json.loads(whole)) if len(path) < 3]
-    try:
-        for *above, last in parts:
-            fields = json.loads(whole)
-            parent = fields
-            for key in above:
-                parent = parent[key]
-            if not isinstance(parent[last], dict | list) or not parent[last]:
+    with restored(folder) as whole:
+        for path in places(json.loads(whole)):
+            parent, last = parent_of(fields := json.loads(whole), path), path[-1]
+            if len(path) > 2 or not isinstance(parent[last], dict | list) or not parent[last]:
                 continue
             parent[last] = type(parent[last])()
-            file.write_text(json.dumps(fields), encoding="utf-8")
+            (folder / "drysim.json").write_text(json.dumps(fields), encoding="utf-8")
             commands = [["summarise"], ["report", "--no-plots", "--quiet"]]
-            for command in commands[: 1 + ("metrics" in (*above, last))]:
+            for command in commands[: 1 + ("metrics" in path)]:
                 code = main([*command, str(folder)])
-                err = capsys.readouterr().err
-                assert code in (0, 2), (above, last, err)
-    finally:
-        file.write_text(whole, encoding="utf-8")
-        (folder / "report.html").unlink(missing_ok=True)
+                assert code in (0, 2), (path, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("state", ["Changed since drysim wrote them", "Missing or unreadable"])
@@ -288,21 +274,12 @@ def test_file_that_is_not_as_it_was_written_is_named(results, state, tmp_path, c
         assert f"warning: {state}: response.csv." in " ".join(capsys.readouterr().err.split())
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
-def test_result_damaged_in_many_ways_is_shown_or_refused(results, kind, capsys):
-    check_damaged(results(kind), 1000, 200, 8, capsys)
-
-
 @pytest.mark.parametrize("command", ["summarise", "report"])
 def test_result_of_a_later_version_is_refused_by_its_format(results, drysim, command):
     folder = results("run")
-    whole = (folder / "drysim.json").read_text()
-    (folder / "drysim.json").write_text(whole.replace('"format": 2', '"format": 7'))
-    try:
+    with restored(folder) as whole:
+        (folder / "drysim.json").write_text(whole.replace('"format": 2', '"format": 7'))
         done = drysim(command, folder)
-    finally:
-        (folder / "drysim.json").write_text(whole)
     assert (done.code, done.out) == (2, "")
     assert "was written by a later version of drysim: it has format 7" in done.err
     assert "update drysim" in done.err

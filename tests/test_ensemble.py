@@ -5,13 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from itertools import pairwise
 from math import ceil
 
 import numpy as np
 import pytest
-from seat import rows_of
+from seat import fields_of, rows_of
 from shown import legend, show
 
 import drysim as package
@@ -27,9 +27,6 @@ from drysim.study import plan as study_plan
 from drysim.study.ensemble import run
 from drysim.study.statistics import SEEDS_PER_CHECK, Batch, Row, interval, statistics
 from drysim.wording import format_interval, format_number, format_percent
-
-# Many seeds of one scenario: means, intervals, when they are enough, and the files.
-
 
 SEAT = """\
 oscillator: {mass: 75, stiffness: 7500, damping: 500}
@@ -57,13 +54,6 @@ def noisy(tmp_path):
     file = tmp_path / "noisy.yaml"
     file.write_text(SEAT)
     return file
-
-
-def problems(file, changes):
-    """Return the messages on a scenario."""
-    with pytest.raises(ScenarioError) as fault:
-        load(file, changes)
-    return [problem.sentence for problem in fault.value.problems]
 
 
 def same(one, other):
@@ -184,10 +174,8 @@ def test_heading_over_seeds_names_results_before_the_law(noisy):
     }  # fmt: skip
     made = run(load(noisy, {SEEDS: 2, "friction": lugre, "excitation.duration": 2}))
     heading = " ".join(text.get_text() for text in draw(made).texts[1:])
-    results, seeds, scene = map(
-        heading.find, ("peak |xᵣ|", "seeds 2, from 1 to 2", "law lugre")
-    )
-    assert 0 <= results < seeds < scene
+    order = ("peak |xᵣ|", "seeds 2, from 1 to 2", "law lugre")
+    assert -1 < heading.find(order[0]) < heading.find(order[1]) < heading.find(order[2])
 
 
 def test_checks_judge_the_mean_and_say_so(noisy):
@@ -222,7 +210,7 @@ def test_checks_over_seeds_say_what_they_judge(drysim, noisy):
         f"✓ holds {texts[3]}, with {format_number(values[-1], 'm', 6)}, the worst of 20 seeds",
     ):
         assert sentence in said
-    checks = json.loads((noisy.parent / "out/drysim.json").read_text("utf-8"))["checks"]
+    checks = fields_of("out")["checks"]
     assert [check["judges"] for check in checks] == ["mean", "p95", *["every seed"] * 2]
     assert [check.get("failed_seeds", 0) for check in checks] == [3, 3, 3, 0]
     assert [check.get("worst_seed") for check in checks] == [None, None, worst, None]
@@ -236,9 +224,8 @@ def test_check_over_seeds_judges_each_case_of_a_sweep(drysim, noisy):
     done = drysim("sweep", noisy, *words, "--set", f"checks=[{text}]", "--no-plots")
     said = " ".join(done.out.split())
     assert f"✗ fails {text} in 2 of 2 cases, worst with" in said
-    worst = (
-        run(load(noisy, {SEEDS: 6, "friction.kinetic": 0})).statistics["x_r_peak"].greatest[1]
-    )
+    ensemble = run(load(noisy, {SEEDS: 6, "friction.kinetic": 0}))
+    worst = ensemble.statistics["x_r_peak"].greatest[1]
     assert f" mm over 6 seeds, for seed {worst} at kinetic 0 N" in said
     assert "the worst of" not in said
 
@@ -264,7 +251,7 @@ def test_seeds_without_a_value_neither_fail_nor_count_in_the_mean_of_a_sweep(dry
     for command in (["run"], ["sweep", "--set", "sweep={friction.kinetic: [0]}"]):
         out = noisy.with_name(command[0])
         drysim(*command, noisy, *words, "--no-plots", "-o", out)
-        fields = json.loads((out / "drysim.json").read_text())
+        fields = fields_of(out)
         verdicts.append([fields["checks"][0].get(key, 0) for key in ("failed_seeds", "seeds")])
     assert verdicts[0] == verdicts[1]
     assert verdicts[0][0] == 0
@@ -385,23 +372,22 @@ def test_faulty_words_are_refused_at_their_place(noisy, words, sentence):
     assert problem.line == 4
 
 
-def test_stroke_metrics_ask_for_a_stroke_limit(noisy):
-    changes = {UNTIL: {"metric": "stroke_used", "half_width": 0.01}, "stroke": None}
-    (sentence,) = problems(noisy, changes)
-    assert sentence.endswith(
-        "`stroke_used` is not available without a stroke limit; give stroke.limit"
-    )
+REFUSED = [
+    ({UNTIL: {"metric": "stroke_used", "half_width": 0.01}, "stroke": None},
+     "`stroke_used` is not available without a stroke limit; give stroke.limit"),
+    ({"excitation": {"kind": "harmonic", "frequency": 1, "rms": 1, "seeds": 4}},
+     "unknown key `seeds` in excitation of kind harmonic"),
+    ({SEEDS: 3, "sweep": {"excitation.seed": [1, 2]}},
+     "excitation.seed cannot be swept with excitation.seeds"),
+]  # fmt: skip
 
 
-def test_a_sine_has_no_seeds(noisy):
-    sine = {"kind": "harmonic", "frequency": 1, "rms": 1, "seeds": 4}
-    (sentence,) = problems(noisy, {"excitation": sine})
-    assert sentence.startswith("unknown key `seeds` in excitation of kind harmonic")
-
-
-def test_the_seed_is_not_swept_beside_seeds(noisy):
-    (sentence,) = problems(noisy, {SEEDS: 3, "sweep": {"excitation.seed": [1, 2]}})
-    assert sentence.startswith("excitation.seed cannot be swept with excitation.seeds")
+@pytest.mark.parametrize(("changes", "sentence"), REFUSED)
+def test_seeds_that_contradict_another_block_are_refused(noisy, changes, sentence):
+    with pytest.raises(ScenarioError) as fault:
+        load(noisy, changes)
+    (problem,) = fault.value.problems
+    assert sentence in problem.sentence
 
 
 def test_more_seeds_than_the_memory_holds_are_refused(noisy):
@@ -414,7 +400,7 @@ def test_seeds_in_which_the_numerics_fail_are_left_out_of_the_means(drysim, tmp_
     (tmp_path / "unstable.yaml").write_text(UNSTABLE)
     answer = drysim("run", "unstable.yaml", "--no-plots")
     assert answer.code == 3
-    told = json.loads((tmp_path / "out" / "unstable" / "drysim.json").read_text())
+    told = fields_of("out/unstable")
     failed = told["ensemble"]["failed"]
     assert 0 < failed < 8
     assert told["complete"] is False
@@ -439,7 +425,7 @@ def test_files_hold_every_seed_and_what_they_have_in_common(drysim, noisy, tmp_p
     found = rows_of(folder / "ensemble.csv")
     assert [row["excitation.seed [-]"] for row in found] == [str(n) for n in range(1, 13)]
     values = [float(row["T_a [-]"]) for row in found]
-    told = json.loads((folder / "drysim.json").read_text())
+    told = fields_of(folder)
     mean, half_width = interval(values)
     assert told["metrics"]["T_a"] == told["ensemble"]["metrics"]["T_a"]["mean"] == mean
     assert told["ensemble"]["metrics"]["T_a"]["half_width"] == half_width
@@ -458,42 +444,43 @@ def test_the_resolved_scenario_gives_the_same_ensemble(drysim, noisy, tmp_path):
 
 
 def test_a_dry_run_tells_the_seeds(drysim, noisy):
-    assert (
-        "noisy: 20 seeds, 2000 steps"
-        in drysim("run", noisy, "--dry-run", "--set", f"{SEEDS}=20").out
-    )
+    words = ("run", noisy, "--dry-run", "--set", f"{SEEDS}=20")
+    assert "noisy: 20 seeds, 2000 steps" in drysim(*words).out
+    assert json.loads(drysim(*words, "--json").out)["seeds"] == 20
     wish = f"{UNTIL}={{metric: T_a, half_width: 1 %}}"
     assert "noisy: up to 400 seeds" in drysim("run", noisy, "--dry-run", "--set", wish).out
-    told = json.loads(drysim("run", noisy, "--dry-run", "--json", "--set", f"{SEEDS}=20").out)
-    assert told["seeds"] == 20
 
 
 @pytest.mark.parametrize("option", [("--workers", 2), ("--resume",)])
-def test_what_only_seeds_can_use_is_refused_without_them(drysim, noisy, option):
-    answer = drysim("run", noisy, *option)
-    assert answer.code == 2
-    assert "needs several seeds" in answer.err
+def test_what_only_seeds_can_use_is_refused_without_them(refused, noisy, option):
+    assert "needs several seeds" in refused("run", noisy, *option)
+
+
+@contextmanager
+def stopped(monkeypatch):
+    """Interrupt a run of nine seeds at its last."""
+    solve_seeds = study_plan.solve_seeds
+
+    def interrupted(case, case_range, motions):
+        if case_range.end == 9:
+            raise KeyboardInterrupt
+        return solve_seeds(case, case_range, motions)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(study_plan, "solve_seeds", interrupted)
+        yield
 
 
 def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path, monkeypatch):
     words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "--out")
     assert drysim(*words, "whole").code == 0
-    solve_seeds = study_plan.solve_seeds
-
-    def stopped(case, case_range, motions):
-        if case_range.end == 9:
-            raise KeyboardInterrupt
-        return solve_seeds(case, case_range, motions)
-
-    monkeypatch.setattr(study_plan, "solve_seeds", stopped)
-    answer = drysim(*words, "part", "--workers", 1)
+    with stopped(monkeypatch):
+        answer = drysim(*words, "part", "--workers", 1)
     assert answer.code == 130
     assert "8 finished seeds are kept in part.partial" in answer.err
     assert "  state       incomplete: 8 of 9 seeds\n" in answer.out
-    told = json.loads((tmp_path / "part.partial" / "drysim.json").read_text())
+    told = fields_of("part.partial")
     assert (told["complete"], told["ensemble"]["seeds"]) == (False, 8)
-    monkeypatch.undo()
-    monkeypatch.chdir(tmp_path)
     (tmp_path / "part.partial" / "drysim.json").write_text('{"format": 2, "complete": false}')
     for place, sentence in (
         ("part.partial", "part.partial/drysim.json has no finished result"),
@@ -501,9 +488,8 @@ def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path,
     ):
         answer = drysim("summarise", place)
         assert answer.err.startswith(f"error: {sentence}")
-        assert (
-            "finish it with its command and --resume, `drysim run ... --resume`" in answer.err
-        )
+        told = "finish it with its command and --resume, `drysim run ... --resume`"
+        assert told in answer.err
     answer = drysim(*words, "part", "--resume")
     assert (answer.code, answer.err.count("\n")) == (0, answer.err.count("warning: ") + 1)
     assert answer.err.startswith("--resume: continuing after 8 seeds in part.partial\n")
@@ -513,13 +499,8 @@ def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path,
     )
     assert not (tmp_path / "part.partial").exists()
     for name in ("ensemble.csv", "response.csv"):
-        assert (tmp_path / "part" / name).read_bytes() == (
-            tmp_path / "whole" / name
-        ).read_bytes()
-
-
-def test_an_ensemble_is_a_public_name(noisy):
-    assert isinstance(package.run(load(noisy, {SEEDS: 2})), package.Ensemble)
+        parts = [(tmp_path / folder / name).read_bytes() for folder in ("part", "whole")]
+        assert parts[0] == parts[1]
 
 
 @pytest.fixture
@@ -596,24 +577,14 @@ def test_seeds_of_another_run_are_refused_and_damaged_ones_computed_again(
     drysim, noisy, monkeypatch
 ):
     """The seeds lie in a store like the cases of a sweep, which test_store damages."""
-    solve_seeds = study_plan.solve_seeds
-
-    def stopped(case, case_range, motions):
-        if case_range.end == 9:
-            raise KeyboardInterrupt
-        return solve_seeds(case, case_range, motions)
-
     words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "-q", "--workers", 1)
-    with monkeypatch.context() as patched:
-        patched.setattr(study_plan, "solve_seeds", stopped)
+    with stopped(monkeypatch):
         assert drysim(*words, "-o", "part").code == 130
     assert drysim(*words, "-o", "whole").code == 0
     other = drysim(*words, "-o", "part", "--resume", "--set", "oscillator.mass=76")
     assert other.code == 2
-    assert (
-        "part.partial holds cases of other work: another scenario, record or version"
-        in other.err
-    )
+    told = "part.partial holds cases of other work: another scenario, record or version"
+    assert told in other.err
     store = noisy.parent / "part.partial/seeds"
     first, second, *others = sorted(store.glob("*.npz"))
     assert len(others) > 3
@@ -641,15 +612,6 @@ def test_partial_that_is_removed_during_a_run_is_named(drysim, noisy, monkeypatc
 # Means over many values: their interval, quantiles and extremes.
 
 
-def seeds(*values, first=1):
-    """Return seeds with these values of T_a."""
-    rows = [
-        Row({SEED_KEY: seed}, "stick-slip", 0.0, 0.0, {"T_a": value})
-        for seed, value in enumerate(values, first)
-    ]
-    return Batch.of(0, rows)
-
-
 def test_interval_is_that_of_students_t():
     from scipy import stats
 
@@ -674,31 +636,27 @@ def test_interval_does_not_depend_on_the_order_of_the_values():
     assert interval(values.tolist()) == interval(values[::-1].tolist())
 
 
-def test_a_single_value_has_no_interval():
-    assert interval([2.5]) == (2.5, None)
-    found = statistics(seeds(2.5))["T_a"]
-    assert (found.mean, found.half_width, found.std) == (2.5, None, None)
+def T_a_of(*values, first=1):
+    """Return the statistics of seeds with these values of T_a."""
+    rows = [
+        Row({SEED_KEY: seed}, "stick-slip", 0.0, 0.0, {"T_a": value})
+        for seed, value in enumerate(values, first)
+    ]
+    return statistics(Batch.of(0, rows))["T_a"]
 
 
-def test_equal_values_have_an_interval_of_no_width():
-    found = statistics(seeds(0.1, 0.1, 0.1))["T_a"]
-    assert (found.mean, found.half_width, found.quantiles) == (0.1, 0.0, (0.1, 0.1, 0.1))
-
-
-def test_extremes_name_their_seed():
-    found = statistics(seeds(3.0, 1.0, 7.0, 1.0, first=11))["T_a"]
-    assert (found.least, found.greatest) == ((1.0, 12), (7.0, 13))
-
-
-def test_quantiles_are_those_of_the_values():
-    found = statistics(seeds(*np.linspace(0, 1, 1001)))["T_a"]
-    assert found.quantiles == pytest.approx((0.05, 0.5, 0.95), abs=1e-3)
-
-
-def test_seeds_that_do_not_know_a_metric_are_left_out_and_counted():
-    found = statistics(seeds(1.0, None, 3.0))["T_a"]
-    assert (found.seeds, found.mean) == (2, 2.0)
-    assert statistics(seeds(None, None))["T_a"] is None
+def test_statistics_of_seeds_are_those_of_their_values():
+    single = T_a_of(2.5)
+    assert (single.mean, single.half_width, single.std) == (2.5, None, None)
+    equal = T_a_of(0.1, 0.1, 0.1)
+    assert (equal.mean, equal.half_width, equal.quantiles) == (0.1, 0.0, (0.1, 0.1, 0.1))
+    several = T_a_of(3.0, 1.0, 7.0, 1.0, first=11)
+    assert (several.least, several.greatest) == ((1.0, 12), (7.0, 13))
+    even = T_a_of(*np.linspace(0, 1, 1001))
+    assert even.quantiles == pytest.approx((0.05, 0.5, 0.95), abs=1e-3)
+    incomplete = T_a_of(1.0, None, 3.0)
+    assert (incomplete.seeds, incomplete.mean) == (2, 2.0)
+    assert T_a_of(None, None) is None
 
 
 @pytest.mark.parametrize(
