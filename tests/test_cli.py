@@ -16,6 +16,7 @@ from typer.main import get_command
 
 from drysim import __version__, output
 from drysim.cli import COMMANDS, app
+from drysim.core.model import CoulombLaw
 from drysim.errors import SolverError
 from drysim.manual import pages
 from drysim.study import gallery
@@ -666,9 +667,15 @@ def test_doctor_checks_versions_against_the_minimums(drysim, monkeypatch, least,
         assert f"1.26.0 is older than {least}; update it: " in line
 
 
-def test_doctor_ends_with_3_when_an_answer_is_wrong(drysim, monkeypatch):
-    monkeypatch.setattr("drysim.study.doctor.DECAY_STOP", 22.0)
-    assert drysim("doctor").code == 3
+def test_doctor_finds_each_answer_wrong_if_friction_is_a_little_too_low(drysim, monkeypatch):
+    def weaker(*forces):
+        return CoulombLaw(*(0.999999 * force for force in forces))
+
+    monkeypatch.setattr("drysim.study.doctor.CoulombLaw", weaker)
+    code, out, _ = drysim("doctor")
+    assert code == 3
+    wrong = re.findall(r"^FAIL  (.*?)  ", out, re.M)
+    assert wrong == ["free decay", "Den Hartog", "standstill"]
 
 
 # Formats of pictures.

@@ -25,6 +25,7 @@ from drysim.study.fit_law import LawFit, Parameter, Steps, profiles_of, refit_fr
 from drysim.study.fit_least_squares import Differentiable, LeastSquares, final_fit, sizes
 from drysim.study.fit_model import build_model, fitted_end
 from drysim.study.fit_profiles import ProfilePoint, _profile_end
+from drysim.study.fit_warnings import fit_warnings
 from drysim.study.store import Store
 from fuzz.mutate import damaged
 
@@ -543,7 +544,25 @@ def test_starts_agree_unless_they_differ_in_more_than_the_static_limit(short):
     others = tuple(near(key, 1.3) for key in ("friction.kinetic", *SPRING))
     assert LawFit(model, first, same, solution).starts == (4, 4)
     assert LawFit(model, first, others, solution).starts == (0, 3)
-    assert LawFit(model, first, same[:1] + others, solution).starts == (1, 4)
+    one_alone = LawFit(model, first, same[:1] + others, solution)
+    assert one_alone.starts == (1, 4)
+    warned = {
+        each.slug: each.sentence for each in fit_warnings(one_alone, short[0].parameters, ())
+    }
+    assert warned["starts-disagree"].startswith("only 1 of 4 starts led to this solution")
+
+
+def test_noise_whose_neighbours_are_alike_makes_the_intervals_too_narrow(short, tmp_path):
+    assert not any(one.slug == "residuals-not-white" for one in short[0].warnings)
+    response = write_twin(tmp_path, SEAT + STICKY, seconds=2.0)
+    t, x_dd = np.asarray(response.t), np.asarray(response.x_dd)
+    noise = np.convolve(np.random.default_rng(1).normal(size=len(t) + 3), np.ones(4), "valid")
+    columns = {"t [s]": t, "x_dd [m/s2]": x_dd + 0.01 * noise}
+    write_columns(tmp_path / "run.csv", columns)
+    sentence = only(fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR)), "residuals-not-white")
+    (correlation,) = re.findall(r"x_dd are not white .*neighbours (.*)\)", sentence)
+    assert float(correlation) == pytest.approx(0.75, abs=0.1)  # three of four terms are shared
+    assert "too narrow, by a factor of about 2" in sentence
 
 
 def test_noise_of_the_file_sets_the_intervals(noisy, tmp_path):
