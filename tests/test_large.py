@@ -13,7 +13,7 @@ from seat import rows_of
 from drysim.scenario.axes import count_points, decimal_geomspace, point_columns
 from drysim.scenario.load import load
 from drysim.study.plan import CaseRanges, approaches_of, solve_range
-from drysim.study.run import MotionCache
+from drysim.study.run import MotionCache, count_cases
 from drysim.study.table import Quantiles
 
 HUGE = """\
@@ -43,6 +43,7 @@ def test_two_milliard_cases_are_counted_and_begun_at_once(huge):
     with no_hang():
         scenario = load(huge)
         assert count_points(scenario.sweep) == 2_000_000_000
+        assert count_cases(approaches_of(scenario)) == 2_000_000_000
         first = next(iter(CaseRanges(approaches_of(scenario))))
     batch = solve_range(first._replace(end=20), MotionCache())
     assert batch.points["excitation.frequency"][0] == 0.5

@@ -1052,18 +1052,6 @@ def test_file_without_a_number_of_samples_ends_with_its_last_frame(tmp_path):
     np.testing.assert_allclose(found[:300], series()["acc"], rtol=1e-6)
 
 
-def test_what_is_missing_or_wrong_is_said_of_rpc(tmp_path):
-    rpc(tmp_path / "r.rpc", units=("m/s^2", ""))
-    for words, sentence in (
-        ({}, "set `channel`, its name or number; there are: `acc`, `other`"),
-        ({"channel": "othr"}, "there is no channel `othr`; did you mean `other`?"),
-        ({"channel": 3}, "there is no channel 3"),
-        ({"channel": 2}, "(`other`) has no unit; write `unit: m/s²` in the scenario"),
-        ({"channel": 1, "unit": "g"}, "the file says `m/s^2`, the scenario says `unit: g`"),
-    ):
-        assert sentence in refused(tmp_path, "r.rpc", **words)
-
-
 BROKEN = {
     "empty": lambda whole: b"",
     "cut in the head": lambda whole: whole[:700],

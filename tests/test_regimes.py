@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import csv
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from seat import fields_of, load_text
 
 import drysim
 from drysim.study.boundaries import LOCKED, REGIME, Crossing, Grid, join_crossings, polylines
@@ -44,13 +44,6 @@ sweep:
 """
 
 
-def loaded(folder: Path, text: str, **overrides: object) -> drysim.Scenario:
-    """Return a scenario from its text."""
-    file = folder / "plane.yaml"
-    file.write_text(f"drysim: 1\n{text}", encoding="utf-8")
-    return drysim.load(file, overrides)
-
-
 def unit_plane(folder: Path, beta: float, zeta: float, phi: float, ratio: float = 1.0):
     """Return the map over β and φ of an oscillator with m = k_x = A = 1."""
     f = beta / (2 * np.pi)
@@ -63,7 +56,7 @@ sweep:
   excitation.frequency: {{from: {0.8 * f!r}, to: {1.2 * f!r}, count: 33}}
   friction.kinetic: {{from: {0.5 * phi!r}, to: {1.5 * phi!r}, count: 33}}
 """
-    return drysim.map_regimes(loaded(folder, text))
+    return drysim.map_regimes(load_text(folder, text))
 
 
 @pytest.mark.parametrize(
@@ -91,7 +84,7 @@ def test_number_of_stops_changes_at_the_known_friction(
 @pytest.fixture(scope="module")
 def paper(tmp_path_factory):
     """Return the map of the paper's oscillator over frequency and friction."""
-    return drysim.map_regimes(loaded(tmp_path_factory.mktemp("paper"), PAPER + OVER))
+    return drysim.map_regimes(load_text(tmp_path_factory.mktemp("paper"), PAPER + OVER))
 
 
 def lines(found: drysim.RegimeMap, name: str) -> list[np.ndarray]:
@@ -138,7 +131,7 @@ sweep:
   friction.static_ratio: {from: 1, to: 1.5, count: 33}
 """
     for frequency, fold in ((0.5, 1.38072), (1.0, 1.23209)):
-        scenario = loaded(tmp_path, text + over, **{"excitation.frequency": frequency})
+        scenario = load_text(tmp_path, text + over, **{"excitation.frequency": frequency})
         found = drysim.map_regimes(scenario)
         assert found.place.labels[REGIME] == LOCKED
         assert found.place.labels[SEVERAL] == 1
@@ -166,7 +159,7 @@ def test_loss_of_symmetry_is_found_within_the_reported_strip(tmp_path):
 
 
 def test_map_does_not_depend_on_the_number_of_threads(paper, tmp_path):
-    alone = drysim.map_regimes(loaded(tmp_path, PAPER + OVER), workers=1)
+    alone = drysim.map_regimes(load_text(tmp_path, PAPER + OVER), workers=1)
     for one, other in zip(paper.boundaries, alone.boundaries, strict=True):
         assert one.name == other.name
         assert np.array_equal(one.points, other.points)
@@ -179,7 +172,7 @@ sweep:
   excitation.frequency: {from: 0.5, to: 5, count: 33}
   oscillator.damping: {from: 50, to: 1000, count: 33}
 """
-    found = drysim.map_regimes(loaded(tmp_path, text + over))
+    found = drysim.map_regimes(load_text(tmp_path, text + over))
     assert {*found.shares} == {0}
     (line,) = lines(found, "T_a = 1")
     assert line[:, 0] == pytest.approx(np.sqrt(2.0) * 10.0 / (2.0 * np.pi), abs=1e-9)
@@ -187,13 +180,13 @@ sweep:
 
 
 def test_scenario_outside_of_the_map_has_a_regime_and_no_distances(tmp_path):
-    found = drysim.map_regimes(loaded(tmp_path, PAPER + OVER, **{"friction.kinetic": 300}))
+    found = drysim.map_regimes(load_text(tmp_path, PAPER + OVER, **{"friction.kinetic": 300}))
     assert found.place.labels == {REGIME: LOCKED, ISOLATION: LOCKED, STROKE: 0, SEVERAL: 0}
     assert found.place.changes == ()
 
 
 def test_nearest_change_of_regime_is_named_behind_other_boundaries(tmp_path):
-    scenario = loaded(
+    scenario = load_text(
         tmp_path, PAPER + OVER, **{"excitation.frequency": 1.2, "friction.kinetic": 28}
     )
     place = drysim.map_regimes(scenario).place
@@ -305,7 +298,7 @@ def test_command_writes_lines_picture_and_report(command, tmp_path):
         "friction.kinetic [N]",
     ]
     assert {row[0] for row in rows[1:]} >= {"T_a = 1", "locked | 2 stops a period"}
-    fields = json.loads((folder / "drysim.json").read_text())
+    fields = fields_of(folder)
     assert fields["map"]["here"]["motion"][0] == "sliding without stops"
     summary = command("summarise", str(folder))
     assert "kinetic     2.67 N more                    it stops twice a period" in summary.out
@@ -330,11 +323,6 @@ def test_command_writes_lines_picture_and_report(command, tmp_path):
       "sweep.direction does not apply to `drysim map`"),
      (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5000}, "
       "oscillator.mass: {from: 1, to: 9, count: 5000}}", "25000000 nodes"),
-     (PAPER.replace("{kind: harmonic, frequency: 1.6, rms: 1.0}",
-                    "{kind: shock, pulse: half-sine, amplitude: 10, duration: 10 ms}")
-      + "measure: {duration: 1}\n"
-      + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5}, "
-      "oscillator.mass: {from: 1, to: 9, count: 5}}", "excitation.kind shock has no"),
      (PAPER.replace("law: coulomb, kinetic: 45, static_ratio: 1.2",
                     "law: stribeck, kinetic: 45, static: 50, stribeck_velocity: 0.1")
       + "sweep: {oscillator.damping: {from: 100, to: 900, count: 5}, "
@@ -344,7 +332,7 @@ def test_command_writes_lines_picture_and_report(command, tmp_path):
       "end stops, which a map does not support"),
      (PAPER.replace("static_ratio: 1.2", "static: 50") + OVER,
       "static")],
-    ids=["no-sweep", "one-key", "list", "step", "zip", "srs", "direction", "nodes", "shock",
+    ids=["no-sweep", "one-key", "list", "step", "zip", "srs", "direction", "nodes",
          "law", "stops", "static"],
 )  # fmt: skip
 def test_what_a_map_does_not_support_is_located(command, tmp_path, text, words):
@@ -369,7 +357,7 @@ sweep:
 def test_second_motion_ends_at_the_fold_of_its_branch_within_the_stated_width(tmp_path):
     ratios, forces = "{from: 1, to: 3.5, count: 33}", "{from: 20, to: 50, count: 33}"
     keys = f"  friction.static_ratio: {ratios}\n  friction.kinetic: {forces}\n"
-    lines = drysim.map_regimes(loaded(tmp_path, COEXISTING + keys)).boundaries
+    lines = drysim.map_regimes(load_text(tmp_path, COEXISTING + keys)).boundaries
     ends = [line for line in lines if line.field == SEVERAL]
     points = np.concatenate([line.points for line in ends])
     assert all(0.0 < line.width < 1e-7 for line in ends)
@@ -378,7 +366,7 @@ def test_second_motion_ends_at_the_fold_of_its_branch_within_the_stated_width(tm
     assert len(at) == 1
     along = f"  friction.static_ratio: {{from: {at[0] - 0.05}, to: {at[0] + 0.05}, count: 9}}\n"
     text = (COEXISTING + along).replace("kinetic: 36", "kinetic: 35")
-    found = drysim.branches(loaded(tmp_path, text)).bifurcations
+    found = drysim.branches(load_text(tmp_path, text)).bifurcations
     folds = [float(one.value) for one in found if one.kind == "fold"]
     width = max(line.width for line in ends) * 2.5
     assert min(abs(fold - at[0]) for fold in folds) <= 0.5 * width

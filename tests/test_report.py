@@ -411,14 +411,6 @@ def test_text_of_a_stored_result_is_escaped(result, drysim):
     assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e]", page)
 
 
-def test_file_that_was_changed_is_named(result, drysim):
-    folder, _ = result()
-    (folder / "response.csv").write_text("t [s]\n")
-    assert drysim("report", "out", "--no-plots").code == 0
-    page = Page((folder / "report.html").read_text("utf-8"))
-    assert "Changed since drysim wrote them: response.csv." in page.text
-
-
 def test_changed_and_missing_files_are_named_on_the_console_as_well(result, drysim):
     folder, _ = result(SAFE + HELD)
     (folder / "response.csv").write_text("t [s]\n")
@@ -631,15 +623,6 @@ def test_folder_without_a_sound_result_has_no_report(drysim, seat, fault):
     assert (done.code, done.out) == (2, "")
     assert words in done.err
     assert before == {file: file.read_bytes() for file in Path().rglob("*") if file.is_file()}
-
-
-def test_unfinished_work_has_no_report(drysim, place):
-    (place / "x.partial").mkdir()
-    (place / "x.partial/drysim.json").write_text('{"format": 1, "complete": false}\n')
-    done = drysim("report", "x.partial")
-    assert done.code == 2
-    assert "has no finished result" in done.err
-    assert not (place / "x.partial/report.html").exists()
 
 
 @pytest.mark.parametrize(

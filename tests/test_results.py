@@ -230,16 +230,6 @@ def test_report_is_returned_or_written(kind, tmp_path):
     assert file.read_text(encoding="utf-8").startswith(page[:1000])
 
 
-def test_report_replaces_nothing_but_a_report(tmp_path):
-    file = tmp_path / "notes.html"
-    file.write_text("mine")
-    with pytest.raises(OutputError, match="it stays as it is"):
-        result_of("run").report(file)
-    assert file.read_text() == "mine"
-    report = tmp_path / "report.html"
-    assert result_of("run").report(str(report)) == result_of("fit").report(report) == report
-
-
 @every_kind
 def test_notebooks_show_the_summary(kind):
     result = result_of(kind)

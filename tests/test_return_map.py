@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from seat import load_text
 
 import drysim
 from drysim.orbits.continuation import Continuation, Repetition
@@ -45,16 +46,9 @@ sweep:
 """
 
 
-def loaded(folder: Path, text: str, changes=None) -> drysim.Scenario:
-    """Return the scenario of a text."""
-    file = folder / "scene.yaml"
-    file.write_text(text, encoding="utf-8")
-    return drysim.load(file, changes or {})
-
-
-def shaken(folder: Path, friction: str, changes=None) -> drysim.Scenario:
+def shaken(folder: Path, friction: str, changes=()) -> drysim.Scenario:
     """Return a seat with a friction law."""
-    return loaded(folder, SHAKEN.format(friction=friction), changes)
+    return load_text(folder, SHAKEN.format(friction=friction), changes)
 
 
 def orbit_from_rest(scenario: drysim.Scenario, p: float):
@@ -74,7 +68,7 @@ def orbit_from_rest(scenario: drysim.Scenario, p: float):
 def test_image_and_jacobian_of_coulomb_friction_are_those_of_the_trajectory(
     tmp_path, repetition
 ):
-    case = prepare_branches(loaded(tmp_path, PAPER, {"excitation.rms": 0.9}))
+    case = prepare_branches(load_text(tmp_path, PAPER, {"excitation.rms": 0.9}))
     exact = Study(case.scenario, case.scenario.sweep[0]).return_map
     marched = MarchedStudy(case.scenario, case.scenario.sweep[0]).return_map
     for p, state in ((0.0, [0.004, 0.001]), (0.4, [-0.002, 0.03]), (0.8, [0.003, -0.02])):
@@ -90,7 +84,7 @@ def test_image_and_jacobian_of_coulomb_friction_are_those_of_the_trajectory(
 
 def test_fold_of_coulomb_friction_is_that_of_the_closed_form(tmp_path):
     text = PAPER.replace("{from: 1, to: 1.5, step: 0.1}", "{from: 1.34, to: 1.45, count: 3}")
-    case = prepare_branches(loaded(tmp_path, text))
+    case = prepare_branches(load_text(tmp_path, text))
     (fold,) = (
         one
         for one in MarchedStudy(case.scenario, case.scenario.sweep[0]).solve(case).bifurcations
@@ -192,7 +186,7 @@ def bumper_peak(frequency: float, start, rtol: float) -> float:
 @pytest.fixture(scope="module")
 def bumpers(tmp_path_factory):
     """Return the branches of the seat with bumpers."""
-    return drysim.branches(loaded(tmp_path_factory.mktemp("bumpers"), BUMPERS))
+    return drysim.branches(load_text(tmp_path_factory.mktemp("bumpers"), BUMPERS))
 
 
 def test_bumpers_bend_the_resonance_over_between_two_folds(bumpers):
@@ -232,6 +226,12 @@ def test_stable_motions_between_bumpers_are_those_of_another_solver(bumpers):
             "no common period",
         ),
         ("{law: coulomb, kinetic: 45}", {"solver.approach": "switch"}, "an exact approach"),
+        (
+            "{law: leuven, kinetic: 30, static: 45, stribeck_velocity: 0.02,"
+            " bristle_stiffness: 1e5, bristle_damping: 300}",
+            {},
+            "does not support the Leuven law",
+        ),
         ("{law: coulomb, kinetic: 45}", {"sweep": {"stroke.limit": [0.1, 0.2]}}, "stroke"),
     ],
 )
@@ -239,15 +239,3 @@ def test_what_cannot_be_followed_is_refused_with_the_reason(tmp_path, friction, 
     with pytest.raises(drysim.ScenarioError) as fault:
         drysim.branches(shaken(tmp_path, friction, changes))
     assert words in str(fault.value) + str(fault.value.problems)
-
-
-def test_leuven_is_refused_with_the_reason():
-    scenario = Path(__file__).parents[1] / "scenarios" / "friction-leuven.yaml"
-    changes = {
-        "excitation": {"kind": "harmonic", "frequency": 2, "rms": 0.75},
-        "sweep": {"oscillator.damping": [100, 200]},
-        "checks": None,
-    }
-    with pytest.raises(drysim.ScenarioError) as fault:
-        drysim.branches(drysim.load(scenario, changes))
-    assert "does not support the Leuven law" in str(fault.value.problems)

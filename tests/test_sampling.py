@@ -40,14 +40,9 @@ SAMPLE = {"kind": "latin", "count": 40, "seed": 7, "over": OVER}
 
 
 @pytest.fixture
-def scenario(tmp_path):
+def scenario(scenario):
     """Return the scenario of a sweep block."""
-
-    def loaded(block, more=""):
-        (tmp_path / "sampled.yaml").write_text(BASE + more + dump({"sweep": block}))
-        return load(tmp_path / "sampled.yaml")
-
-    return loaded
+    return lambda block, more="": scenario(BASE + more + dump({"sweep": block}))
 
 
 @pytest.fixture
@@ -173,10 +168,8 @@ def test_keys_of_a_zip_walk_together(scenario):
 
 def test_several_zips_are_a_grid(scenario):
     one = {"friction.kinetic": [1, 2], "friction.static": [3, 4]}
-    other = {
-        "oscillator.mass": [60, 70, 80],
-        "oscillator.damping": {"from": 1, "to": 3, "step": 1},
-    }
+    damping = {"from": 1, "to": 3, "step": 1}
+    other = {"oscillator.mass": [60, 70, 80], "oscillator.damping": damping}
     assert count_points(scenario({"zip": [one, other]}).sweep) == 6
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 import subprocess
 import sys
 import textwrap
@@ -31,14 +30,6 @@ def scenario(tmp_path):
     file = tmp_path / "session.yaml"
     file.write_text(yaml.safe_dump(SCENE))
     return drysim.load(file)
-
-
-def test_a_comparison_can_be_pickled_after_it_was_drawn(scenario):
-    comparison = drysim.compare(scenario, "moreau vs stick-slip")
-    drysim.plot(comparison)
-    again = pickle.loads(pickle.dumps(comparison))
-    assert again.verdict == comparison.verdict
-    assert [one.metrics for one in again.table] == [one.metrics for one in comparison.table]
 
 
 def test_threads_draw_and_report_without_mixing_their_settings(scenario, monkeypatch):

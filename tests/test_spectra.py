@@ -72,22 +72,6 @@ def test_spectra_hold_the_mean_square(seat):
         assert area == pytest.approx(outcome.metrics[name] ** 2, rel=0.03)
 
 
-@pytest.mark.parametrize("step", [2.5e-3, 5e-3])
-def test_psd_of_the_base_is_that_of_straight_lines_between_its_samples(seat, step):
-    from scipy import signal
-
-    outcome = outcome_of(seat, excitation=FLAT | {"duration": 100}, solver__step=step)
-    found, response = outcome.spectra, outcome.response
-    part = response.u_dd[round(5 / step) :]
-    n = round(10 / step)
-    _, G = signal.welch(part - part.mean(), 1 / step, "hann", n, n // 2, detrend=False)
-    at = inside(found)
-    f, ratio = found.f[at], (found.G_u / G[1:])[at]
-    # A mean over a step of straight lines is the mean of two samples.
-    assert ratio == pytest.approx((np.cos(np.pi * f * step) / np.sinc(f * step)) ** 2, abs=2e-3)
-    assert ratio == pytest.approx(1 - 2 / 3 * (np.pi * f * step) ** 2, abs=3e-3)
-
-
 def test_held_mass_moves_as_its_base(seat):
     found = outcome_of(seat, friction={"law": "coulomb", "kinetic": 5000}).spectra
     assert found.G_x.tolist() == found.G_u.tolist()

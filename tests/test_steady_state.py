@@ -23,13 +23,9 @@ from drysim.errors import ScenarioError
 from drysim.orbits import search
 from drysim.orbits.search import STEP_THRESHOLD, OrbitConvergence
 from drysim.scenario.axes import iter_points, point_columns
-from drysim.scenario.load import load
 from drysim.study.ensemble import run
 from drysim.study.run import MotionCache, solve_row
 from drysim.study.sweep import sweep
-
-# Motions that are followed period by period until they repeat themselves.
-
 
 FAINT = Plant(80.0, 6000.0, 2.0 * 0.01 * (6000.0 * 80.0) ** 0.5)
 DAHL = DynamicLaw(3.0, 3.0, BRISTLE, sigma_0=1e3)
@@ -101,14 +97,8 @@ def test_orbit_of_ten_periods_between_stops_is_found():
 
 def test_sum_that_does_not_come_true_is_taken_back():
     convergence = OrbitConvergence(1e-13)
-    for x_r in (
-        0.0,
-        STEP_THRESHOLD / 2,
-        3 * STEP_THRESHOLD / 4,
-        7 * STEP_THRESHOLD / 8,
-        15 * STEP_THRESHOLD / 16,
-    ):
-        convergence.add(State(x_r, 0.0), [1.0, 1.0])
+    for share in (0.0, 1 / 2, 3 / 4, 7 / 8, 15 / 16):
+        convergence.add(State(share * STEP_THRESHOLD, 0.0), [1.0, 1.0])
         next_state = convergence.next_state()
     assert next_state.x_r == pytest.approx(STEP_THRESHOLD, rel=1e-12)
     convergence.add(State(next_state.x_r + STEP_THRESHOLD, 0.0), [1.0, 1.0])
@@ -179,11 +169,9 @@ def test_orbit_that_a_little_damping_leads_to_is_the_only_one(law):
 
 
 @pytest.mark.parametrize("tolerance", [1e-12, 1e-8, 1e-6])
-def test_stated_error_of_an_orbit_holds_what_its_closure_leaves(tmp_path, tolerance):
-    scene = tmp_path / "scene.yaml"
-    scene.write_text(SCENE)
-    loose = run(load(scene, {"friction.tolerance": tolerance}))
-    exact = run(load(scene, {"friction.tolerance": 1e-14}))
+def test_stated_error_of_an_orbit_holds_what_its_closure_leaves(scenario, tolerance):
+    loose = run(scenario(SCENE, {"friction.tolerance": tolerance}))
+    exact = run(scenario(SCENE, {"friction.tolerance": 1e-14}))
     peak = exact.metrics["x_r_peak"]
     assert abs(loose.metrics["x_r_peak"] / peak - 1.0) <= loose.response.numerics.error
     assert loose.response.numerics.error < 1e5 * tolerance
@@ -281,6 +269,15 @@ excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}
 solver: {approach: stick-slip, step: 2.5e-3}
 """
 
+COEFFICIENTS = BASE.replace("kinetic: 15", "mu_kinetic: 0.01, mu_static: 0.03")
+SINES = "{kind: sines, components: [{frequency: 1.2, rms: 1}, {frequency: 2.4, rms: 0.4}]}"
+VARIED = "15, normal_variation: {amplitude: 0.3, frequency: 0.6}}"
+SUM_OF_SINES = BASE.replace("15}", VARIED) + "measure: {steady: true}\n"
+SUM_OF_SINES = SUM_OF_SINES.replace("{kind: harmonic, frequency: 1.6, rms: 1.0}", SINES)
+VARYING = (
+    "friction.normal_variation.amplitude: [0, 0.3]\n"
+    "  friction.normal_variation.frequency: [0.3, 1.2]"
+)
 SWEEPS = {
     "oscillator": "oscillator.mass: [60, 90]\n  oscillator.stiffness: [0, 5000]\n"
     "  oscillator.damping: [20, 5000]",
@@ -290,15 +287,28 @@ SWEEPS = {
 }
 
 
-def case_by_case(scenario):
-    """Return the rows of a sweep, each solved by itself."""
-    motions = MotionCache()
-    return [solve_row(scenario, p, motions) for p in iter_points(scenario.sweep)]
+BLOCKS = {
+    **{name: (BASE, keys) for name, keys in SWEEPS.items()},
+    "coefficients": (
+        COEFFICIENTS,
+        "friction.mu_kinetic: [0, 0.02]\n  friction.mu_static: [0.02, 0.03]\n"
+        "  friction.normal: [600, 900]\n  oscillator.mass: [60, 90]",
+    ),
+    **{
+        f"sine {k}": (
+            SUM_OF_SINES,
+            f"excitation.components.{k}.frequency: [0.6, 1.8]\n  {VARYING}",
+        )
+        for k in (0, 1)
+    },
+}
+"""Scenes and the keys of their sweeps."""
 
 
 def same(table, scenario):
     """Return whether a sweep gives what its cases give one by one, to the last bit."""
-    alone = case_by_case(scenario)
+    motions = MotionCache()
+    alone = [solve_row(scenario, point, motions) for point in iter_points(scenario.sweep)]
     assert [row.status for row in table] == [row.status for row in alone]
     for row, other in zip(table, alone, strict=True):
         assert dict(row.point) == dict(other.point)
@@ -306,83 +316,37 @@ def same(table, scenario):
         assert (row.F_fk, row.F_fs, row.note) == (other.F_fk, other.F_fs, other.note)
 
 
-@pytest.mark.parametrize("keys", SWEEPS)
-def test_block_of_a_sweep_is_what_its_cases_are_alone(tmp_path, keys):
-    file = tmp_path / "block.yaml"
-    file.write_text(f"{BASE}sweep:\n  {SWEEPS[keys]}\n")
-    scenario = load(file)
-    same(sweep(scenario), scenario)
+@pytest.mark.parametrize("block", BLOCKS)
+def test_block_of_a_sweep_is_what_its_cases_are_alone(scenario, block):
+    text, keys = BLOCKS[block]
+    swept = scenario(f"{text}sweep:\n  {keys}\n")
+    same(sweep(swept), swept)
 
 
-def test_coefficients_of_friction_are_swept_in_blocks(tmp_path):
-    file = tmp_path / "block.yaml"
-    coefficients = BASE.replace("kinetic: 15", "mu_kinetic: 0.01, mu_static: 0.03")
-    file.write_text(
-        f"{coefficients}sweep:\n  friction.mu_kinetic: [0, 0.02]\n"
-        "  friction.mu_static: [0.02, 0.03]\n  friction.normal: [600, 900]\n"
-        "  oscillator.mass: [60, 90]\n"
+def test_undamped_orbits_keep_their_statuses(scenario):
+    keys = (
+        "excitation.frequency: [0.795774715459, 1.591549430918954], friction.kinetic: [1, 40]"
     )
-    scenario = load(file)
-    same(sweep(scenario), scenario)
-
-
-@pytest.mark.parametrize("swept", [0, 1])
-def test_sums_of_sines_and_varying_limits_are_solved_in_blocks(tmp_path, swept):
-    file = tmp_path / "block.yaml"
-    sines = "{kind: sines, components: [{frequency: 1.2, rms: 1}, {frequency: 2.4, rms: 0.4}]}"
-    text = BASE.replace("{kind: harmonic, frequency: 1.6, rms: 1.0}", sines)
-    varied = "15, normal_variation: {amplitude: 0.3, frequency: 0.6}}"
-    file.write_text(
-        f"{text.replace('15}', varied)}measure: {{steady: true}}\nsweep:\n"
-        f"  excitation.components.{swept}.frequency: [0.6, 1.8]\n"
-        "  friction.normal_variation.amplitude: [0, 0.3]\n"
-        "  friction.normal_variation.frequency: [0.3, 1.2]\n"
-    )
-    scenario = load(file)
-    same(sweep(scenario), scenario)
-
-
-def test_undamped_orbits_keep_their_statuses(tmp_path):
-    file = tmp_path / "block.yaml"
-    file.write_text(
-        BASE.replace("damping: 500", "damping: 0")
-        + "sweep:\n  excitation.frequency: [0.795774715459, 1.591549430918954]\n"
-        + "  friction.kinetic: [1, 40]\n"
-    )
-    scenario = load(file)
-    table = sweep(scenario)
+    swept = scenario(BASE.replace("damping: 500", "damping: 0") + f"sweep: {{{keys}}}\n")
+    table = sweep(swept)
     assert {row.status for row in table} > {"ok", "not settled"}
-    same(table, scenario)
+    same(table, swept)
 
 
-def test_values_that_do_not_go_together_are_refused_in_their_block(tmp_path):
-    file = tmp_path / "block.yaml"
+def test_values_that_do_not_go_together_are_refused_in_their_block(scenario):
     axis = "{from: 10, to: 30, count: 110}"
     static = BASE.replace("kinetic: 15}", "kinetic: 15, static: 30}")
-    file.write_text(f"{static}sweep:\n  friction.kinetic: {axis}\n  friction.static: {axis}\n")
+    text = f"{static}sweep:\n  friction.kinetic: {axis}\n  friction.static: {axis}\n"
     with pytest.raises(ScenarioError) as fault:
-        sweep(load(file))
+        sweep(scenario(text))
     assert "must be at least the kinetic" in fault.value.problems[0].sentence
     assert fault.value.problems[0].line == 9
 
 
-def test_columns_walk_as_the_points_do(tmp_path):
-    file = tmp_path / "block.yaml"
-    file.write_text(f"{BASE}sweep:\n  {SWEEPS['start']}\n")
-    axes = load(file).sweep
-    every = list(iter_points(axes))
-    columns = point_columns(axes, 3, 7)
-    assert [{k: column[i] for k, column in columns.items()} for i in range(4)] == every[3:7]
-
-
-def test_columned_scenario_gives_columns_of_symbols(tmp_path):
-    file = tmp_path / "block.yaml"
-    file.write_text(
-        BASE.replace("damping: 500", "damping_ratio: 0.3")
-        + f"sweep:\n  {SWEEPS['friction']}\n  oscillator.mass: [60, 90]\n"
-    )
-    scenario = load(file)
-    case = scenario.with_values(point_columns(scenario.sweep, 0, 12))
-    alone = [scenario.at(point) for point in iter_points(scenario.sweep)]
+def test_columned_scenario_gives_columns_of_symbols(scenario):
+    text = BASE.replace("damping: 500", "damping_ratio: 0.3")
+    swept = scenario(f"{text}sweep:\n  {SWEEPS['friction']}\n  oscillator.mass: [60, 90]\n")
+    case = swept.with_values(point_columns(swept.sweep, 0, 12))
+    alone = [swept.at(point) for point in iter_points(swept.sweep)]
     assert case.oscillator.plant().b.tolist() == [one.oscillator.plant().b for one in alone]
     assert case.law().F_fs.tolist() == [one.law().F_fs for one in alone]

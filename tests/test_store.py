@@ -14,11 +14,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from seat import SEAT
+from seat import SEAT, load_text
 
 from drysim.console import terminal
 from drysim.errors import OutputError
-from drysim.scenario.load import load
 from drysim.study import sweep
 from drysim.study.plan import CaseRange, CaseRanges, Plan, approaches_of, solve_range
 from drysim.study.run import MotionCache
@@ -32,9 +31,7 @@ STEADY = SEAT.replace("measure: {steady: false, settle: 0, duration: 2}\n", "") 
 @pytest.fixture
 def kept(tmp_path: Path) -> tuple[Store, CaseRange, Path]:
     """Keep one block; give its store, its piece and its file."""
-    file = tmp_path / "seat.yaml"
-    file.write_text(STEADY)
-    scenario = load(file)
+    scenario = load_text(tmp_path, STEADY)
     store = Store(tmp_path / "cases", work_identity(scenario), resume=False)
     (case_range,) = CaseRanges(approaches_of(scenario))
     store.write(case_range, solve_range(case_range, MotionCache()))
@@ -79,9 +76,7 @@ def test_blocks_are_kept_as_they_come_and_yielded_in_order(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Few early ones wait in memory, an invalid one is solved again when it is due."""
-    file = tmp_path / "seat.yaml"
-    file.write_text(SEAT + SWEEP)
-    scenario = load(file)
+    scenario = load_text(tmp_path, SEAT + SWEEP)
     plan = Plan(CaseRanges(approaches_of(scenario)))
     monkeypatch.setattr(sweep, "MAX_EARLY", 2)
     asked: list[list[int]] = []
@@ -111,33 +106,12 @@ def test_blocks_are_kept_as_they_come_and_yielded_in_order(
     assert asked == [[0, 1, 2, 3, 4]] * 2 + [[0, 1, 3]]
 
 
-def test_changed_number_of_a_block_is_noticed(kept: tuple[Store, CaseRange, Path]) -> None:
-    store, case_range, file = kept
-    sound, batch = file.read_bytes(), store.read(case_range)
-    assert batch is not None
-    begin = sound.index(batch.numbers.tobytes())
-    for place in range(begin, begin + batch.numbers.nbytes):
-        content = bytearray(sound)
-        content[place] ^= 1 << place % 8
-        file.write_bytes(content)
-        assert store.read(case_range) is None
-
-
 def test_block_is_an_archive_of_arrays(kept: tuple[Store, CaseRange, Path]) -> None:
     store, case_range, file = kept
     batch, arrays = store.read(case_range), np.load(file)
     assert batch is not None
     assert np.array_equal(arrays["numbers"], batch.numbers, equal_nan=True)
     assert np.array_equal(arrays["status"], batch.status)
-
-
-def test_block_cut_short_anywhere_is_unfinished(kept: tuple[Store, CaseRange, Path]) -> None:
-    store, case_range, file = kept
-    sound = file.read_bytes()
-    for size in (*range(0, len(sound), 7), len(sound) - 1):
-        file.write_bytes(sound[:size])
-        assert store.read(case_range) is None
-        assert resumed(store).read(case_range) is None
 
 
 def test_block_that_somebody_takes_away_is_missed_in_a_sentence(
@@ -161,9 +135,7 @@ def marched(tmp_path: Path) -> Marched:
     """Return a function that keeps the 40 blocks of a marched sweep in a new store."""
 
     def made(name: str = "cases", **changes: object) -> tuple[Store, CaseRanges]:
-        (tmp_path / "seat.yaml").write_text(MARCHED)
-        overrides = {key.replace("__", "."): value for key, value in changes.items()}
-        scenario = load(tmp_path / "seat.yaml", overrides)
+        scenario = load_text(tmp_path, MARCHED, **changes)
         store = Store(tmp_path / name, work_identity(scenario), resume=False)
         every = CaseRanges(approaches_of(scenario))
         assert len(every) == 40
@@ -232,13 +204,6 @@ def test_folders_and_pipes_in_the_place_of_blocks_are_unfinished(marched: Marche
     again = resumed(store)
     assert again.read(every[0]) is again.read(every[1]) is None
     assert all(again.read(case_range) for case_range in every[2:])
-
-
-def test_store_that_is_removed_says_so_at_the_next_block(marched: Marched) -> None:
-    store, every = marched()
-    shutil.rmtree(store.folder)
-    with pytest.raises(OutputError, match="was removed, in whole or in part, while"):
-        store.write(every[0], solve_range(every[0], MotionCache()))
 
 
 def test_partial_that_is_removed_during_a_sweep_is_named(

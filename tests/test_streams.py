@@ -179,24 +179,24 @@ def test_interruption_in_quiet_is_told_in_one_line(drysim, seat, monkeypatch):
 LLVM = "Could not find/load shared object file 'libllvmlite.so' from resource location: 'x'."
 
 
-def test_fault_that_names_no_file_is_not_blamed_on_stdout(drysim, seat, monkeypatch):
+@pytest.mark.parametrize(
+    ("fault", "code", "sentence"),
+    [
+        (OSError(LLVM), 70, "Traceback"),
+        (OSError(errno.ENOMEM, "Cannot allocate memory"), 2, "error: out of memory"),
+    ],
+)
+def test_fault_that_names_no_file_is_not_blamed_on_stdout(
+    drysim, seat, monkeypatch, fault, code, sentence
+):
     def fail(_):
-        raise OSError(LLVM)
+        raise fault
 
     monkeypatch.setattr("drysim.study.run.solve", fail)
     done = drysim("run", seat)
-    assert done.code == 70
+    assert (done.code, done.out) == (code, "")
+    assert done.err.startswith(sentence)
     assert "cannot write to stdout" not in done.err
-
-
-def test_system_without_memory_is_told_as_such(drysim, seat, monkeypatch):
-    def fail(_):
-        raise OSError(errno.ENOMEM, "Cannot allocate memory")
-
-    monkeypatch.setattr("drysim.study.run.solve", fail)
-    done = drysim("run", seat)
-    assert (done.code, done.out) == (2, "")
-    assert done.err.startswith("error: out of memory")
 
 
 @pytest.mark.parametrize("kind", MANY)

@@ -6,7 +6,6 @@ import itertools
 
 import numpy as np
 import pytest
-import yaml
 from law_scenes import PAPER, REST, mirrored, noise, sine
 
 import drysim
@@ -50,17 +49,10 @@ def trajectory_of(law, motion):
     return StickSlip().trajectory(PAPER, law, motion, REST, END)
 
 
-@pytest.fixture
-def scenario(tmp_path):
-    """Return a function that loads the scenario with a stroke block and other blocks."""
-
-    def loaded(stroke, **blocks):
-        file = tmp_path / "scene.yaml"
-        known = {**SCENARIO, "stroke": stroke, **blocks}
-        file.write_text(yaml.safe_dump({key: known[key] for key in known if known[key]}))
-        return drysim.load(file)
-
-    return loaded
+def scenario(stroke, **blocks):
+    """Return the scenario with a stroke block and other blocks."""
+    blocks = {**SCENARIO, "stroke": stroke, **blocks}
+    return drysim.scenario({key: block for key, block in blocks.items() if block})
 
 
 def exchanged(values):
@@ -106,16 +98,12 @@ def test_mirrored_motion_exchanges_the_sides_exactly(law, motion):
 
 
 @pytest.mark.parametrize("stops", STOPS.values(), ids=STOPS)
-def test_mirrored_scene_with_exchanged_stops_is_the_mirrored_motion_exactly(scenario, stops):
+def test_mirrored_scene_with_exchanged_stops_is_the_mirrored_motion_exactly(stops):
     sides = {"up": 0.004, "down": 0.007}
     harmonic = SCENARIO["excitation"]
     here = drysim.run(scenario({"limit": sides, **stops}))
-    there = drysim.run(
-        scenario(
-            {"limit": {"up": 0.007, "down": 0.004}, **stops},
-            excitation={**harmonic, "phase": np.pi},
-        )
-    )
+    exchanged_sides = {"limit": {"up": 0.007, "down": 0.004}, **stops}
+    there = drysim.run(scenario(exchanged_sides, excitation={**harmonic, "phase": np.pi}))
     apart = ("closure", "energy_input", "energy_stored", "energy_residual", "energy_stops")
     # sin(x + pi) is not -sin(x) to the last digit.
     for name, value in exchanged(there.metrics).items():
@@ -124,7 +112,7 @@ def test_mirrored_scene_with_exchanged_stops_is_the_mirrored_motion_exactly(scen
 
 
 @pytest.mark.parametrize("stops", STOPS.values(), ids=STOPS)
-def test_equal_limits_by_side_are_one_limit(scenario, stops):
+def test_equal_limits_by_side_are_one_limit(stops):
     one = drysim.run(scenario({"limit": 0.005, **stops}))
     two = drysim.run(scenario({"limit": {"up": 0.005, "down": 0.005}, **stops}))
     none = drysim.run(scenario({"limit": 0.005, "offset": 0, **stops}))
@@ -133,7 +121,7 @@ def test_equal_limits_by_side_are_one_limit(scenario, stops):
 
 
 @pytest.mark.parametrize("stops", STOPS.values(), ids=STOPS)
-def test_offset_brings_one_side_nearer_and_the_other_farther(scenario, stops):
+def test_offset_brings_one_side_nearer_and_the_other_farther(stops):
     near = drysim.run(scenario({"limit": 0.005, "offset": 0.002, **stops}))
     sides = drysim.run(scenario({"limit": {"up": 0.003, "down": 0.007}, **stops}))
     assert near.metrics == sides.metrics
@@ -142,7 +130,7 @@ def test_offset_brings_one_side_nearer_and_the_other_farther(scenario, stops):
     assert near.metrics["violations_up"] >= 1
 
 
-def test_start_counts_from_the_working_point(scenario):
+def test_start_counts_from_the_working_point():
     still = {"excitation": {"kind": "rest"}, "measure": {"duration": 1}}
     begin = {"start": {"x_r": 0.004}}
     found = drysim.run(scenario({"limit": 0.005, "offset": 0.002}, **still, **begin))
@@ -151,16 +139,10 @@ def test_start_counts_from_the_working_point(scenario):
     assert found.metrics["t_first_violation"] == 0.0
 
 
-def test_sides_are_left_when_the_displacement_is_back_at_the_limit(scenario):
-    found = drysim.run(
-        scenario(
-            {"limit": {"up": 0.02, "down": 0.004}},
-            excitation={"kind": "rest"},
-            measure={"duration": 1},
-            start={"x_r": -0.012},
-            friction=None,
-        )
-    )
+def test_sides_are_left_when_the_displacement_is_back_at_the_limit():
+    still = {"excitation": {"kind": "rest"}, "measure": {"duration": 1}, "friction": None}
+    limit = {"up": 0.02, "down": 0.004}
+    found = drysim.run(scenario({"limit": limit}, start={"x_r": -0.012}, **still))
     # A damped free oscillation, in closed form, is back at the limit then.
     decay, w, t = 500 / 150, np.sqrt(100 - (500 / 150) ** 2), found.metrics["t_beyond"]
     x_r = -0.012 * np.exp(-decay * t) * (np.cos(w * t) + decay / w * np.sin(w * t))
@@ -170,7 +152,7 @@ def test_sides_are_left_when_the_displacement_is_back_at_the_limit(scenario):
 
 
 @pytest.mark.parametrize("stops", STOPS.values(), ids=STOPS)
-def test_sweep_of_the_offset_gives_what_single_runs_give(scenario, stops):
+def test_sweep_of_the_offset_gives_what_single_runs_give(stops):
     offsets = [-0.003, 0.0, 0.002]
     swept = scenario({"limit": 0.005, **stops}, sweep={"stroke.offset": offsets})
     table = drysim.sweep(swept)
@@ -183,14 +165,14 @@ def test_sweep_of_the_offset_gives_what_single_runs_give(scenario, stops):
                 assert row.metrics[name] == same, name
 
 
-def test_worst_case_is_the_one_that_exceeds_the_limit_of_its_side_by_most(scenario):
+def test_worst_case_is_the_one_that_exceeds_the_limit_of_its_side_by_most():
     swept = scenario({"limit": 0.005}, sweep={"stroke.offset": [-0.001, 0.003, 0.001]})
     (warning,) = (one for one in drysim.sweep(swept).warnings if one.slug == "stroke-violated")
     assert "at offset 3 mm" in warning.sentence
     assert warning.numbers["limit_up"] == pytest.approx(0.002)
 
 
-def test_worst_case_exceeds_its_own_limit_by_most_in_metres(scenario):
+def test_worst_case_exceeds_its_own_limit_by_most_in_metres():
     zipped = {"zip": {"stroke.limit": [0.001, 0.010], "excitation.rms": [1.0, 2.5]}}
     table = drysim.sweep(scenario({"limit": 0.01}, sweep=zipped))
     (tally,) = table.tallies.values()
@@ -201,7 +183,7 @@ def test_worst_case_exceeds_its_own_limit_by_most_in_metres(scenario):
     assert tally.worst.point["stroke.limit"] == 0.010
 
 
-def test_motion_on_one_side_does_not_use_the_other(scenario):
+def test_motion_on_one_side_does_not_use_the_other():
     still = {"excitation": {"kind": "rest"}, "measure": {"duration": 0.01}}
     found = drysim.run(scenario({"limit": 0.02}, start={"x_r": 0.01}, **still)).metrics
     assert found["x_r_max"] == 0.01
@@ -209,7 +191,7 @@ def test_motion_on_one_side_does_not_use_the_other(scenario):
     assert str(found["stroke_used"]) == "0.5"
 
 
-def test_warning_names_the_side_that_is_exceeded_most(scenario):
+def test_warning_names_the_side_that_is_exceeded_most():
     found = drysim.run(scenario({"limit": {"up": 0.1, "down": 0.002}}))
     (warning,) = (one for one in found.warnings if one.slug == "stroke-violated")
     low = found.metrics["x_r_min"]
@@ -218,7 +200,7 @@ def test_warning_names_the_side_that_is_exceeded_most(scenario):
     assert warning.numbers["limit_up"] == 0.1
 
 
-def test_negative_limit_of_a_check_on_one_side_is_meant(scenario):
+def test_negative_limit_of_a_check_on_one_side_is_meant():
     checks = ["x_r_min > -8 mm", "x_r_max < 8 mm", "violations_down < 1"]
     found = drysim.run(scenario({"limit": {"up": 0.004, "down": 0.02}}, checks=checks))
     assert [verdict.passed for verdict in found.checks] == [
@@ -229,7 +211,7 @@ def test_negative_limit_of_a_check_on_one_side_is_meant(scenario):
     assert not [one.slug for one in found.warnings if one.slug.startswith("check")]
 
 
-def test_contacts_are_told_apart(scenario):
+def test_contacts_are_told_apart():
     values = drysim.run(
         scenario({"limit": {"up": 0.003, "down": 0.05}, "stops": {"stiffness": 2e5}})
     ).metrics
@@ -255,13 +237,13 @@ def test_contacts_are_told_apart(scenario):
         ({"offset": 0.01}, "stroke.limit is required"),
     ],
 )
-def test_stroke_without_room_is_refused(scenario, stroke, words):
+def test_stroke_without_room_is_refused(stroke, words):
     with pytest.raises(ScenarioError) as caught:
         scenario(stroke)
     assert words in str(caught.value.problems[0])
 
 
-def test_offset_that_leaves_no_room_in_one_case_of_a_sweep_is_refused(scenario):
+def test_offset_that_leaves_no_room_in_one_case_of_a_sweep_is_refused():
     swept = {"stroke.offset": [0.0, 0.004, 0.006]}
     with pytest.raises(ScenarioError) as caught:
         scenario({"limit": 0.005}, sweep=swept)
@@ -272,7 +254,7 @@ def test_offset_that_leaves_no_room_in_one_case_of_a_sweep_is_refused(scenario):
     assert "(at stroke.offset = 0.006)" in str(caught.value.problems[0])
 
 
-def test_start_beyond_the_nearer_rigid_stop_is_refused(scenario):
+def test_start_beyond_the_nearer_rigid_stop_is_refused():
     stroke = {"limit": 0.005, "offset": 0.003, "stops": {"restitution": 0.5}}
     with pytest.raises(ScenarioError) as caught:
         scenario(stroke, start={"x_r": 0.003})
@@ -289,7 +271,7 @@ def test_start_beyond_the_nearer_rigid_stop_is_refused(scenario):
         ({"limit": {"up": 30.0, "down": 0.05}, "offset": 7.0}, "stroke.limit.up", "30"),
     ],
 )
-def test_limit_that_looks_like_millimetres_is_shown_as_typed(scenario, stroke, key, typed):
+def test_limit_that_looks_like_millimetres_is_shown_as_typed(stroke, key, typed):
     (warning,) = drysim.scenario.scenario_warnings(scenario(stroke))
     assert warning.slug == "looks-like-millimetres"
     assert warning.sentence.startswith(f"{key} is {typed} m; ")
@@ -297,7 +279,7 @@ def test_limit_that_looks_like_millimetres_is_shown_as_typed(scenario, stroke, k
     assert warning.numbers == {key: float(typed)}
 
 
-def test_limits_of_both_sides_that_look_like_millimetres_are_both_named(scenario):
+def test_limits_of_both_sides_that_look_like_millimetres_are_both_named():
     limits = {"up": 30.0, "down": 50.0}
     found = drysim.scenario.scenario_warnings(scenario({"limit": limits}))
     assert [[*one.numbers] for one in found] == [["stroke.limit.up"], ["stroke.limit.down"]]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from math import sqrt
 
 import numpy as np
 import pytest
+from seat import fields_of
 from shown import show
 
 from drysim import plot
@@ -32,14 +32,9 @@ F_FS, MASS = 54.0, 75.0
 
 
 @pytest.fixture
-def seat(tmp_path):
+def seat(scenario):
     """Return the scenario of a seat with a sweep block, with overrides."""
-
-    def loaded(axes, *overrides, text=SEAT):
-        (tmp_path / "seat.yaml").write_text(text + dump({"sweep": axes}))
-        return load(tmp_path / "seat.yaml", overrides)
-
-    return loaded
+    return lambda axes, *overrides, text=SEAT: scenario(text + dump({"sweep": axes}), overrides)
 
 
 def levels(direction, low=0.3, high=0.8, step=0.01):
@@ -97,9 +92,8 @@ def test_stuck_position_is_carried_over(seat):
 def test_first_case_of_each_chain_starts_from_the_start(seat):
     table = sweep(seat(levels("both"), "start.x_r=1e-3"))
     for at, direction in ((0.3, "up"), (0.8, "down")):
-        row = next(
-            r for r in table if r.point == {"excitation.rms": at, "direction": direction}
-        )
+        point = {"excitation.rms": at, "direction": direction}
+        row = next(row for row in table if row.point == point)
         alone = run(seat(levels("both"), "start.x_r=1e-3").at({"excitation.rms": at}))
         assert row.metrics["x_r_rms"] == pytest.approx(alone.metrics["x_r_rms"], rel=1e-9)
 
@@ -108,11 +102,8 @@ def test_first_case_of_each_chain_starts_from_the_start(seat):
 
 
 def test_other_keys_have_chains_of_their_own(seat):
-    axes = {
-        "excitation.rms": [0.7, 0.5, 0.45],
-        "friction.static_ratio": [1.2, 1.0],
-        "direction": "down",
-    }
+    axes = {"excitation.rms": [0.7, 0.5, 0.45], "friction.static_ratio": [1.2, 1.0]}
+    axes["direction"] = "down"
     scenario = seat(axes)
     table = sweep(scenario)
     assert [row.point["excitation.rms"] for row in table] == [0.7, 0.5, 0.45] * 2
@@ -220,7 +211,7 @@ def test_files_tell_the_directions_apart(drysim, seat, tmp_path):
     head, *rows = (tmp_path / "out" / "transmissibility.csv").read_text().splitlines()
     assert head.startswith("approach,excitation.rms [m/s2],direction,F_fk [N]")
     assert [row.split(",")[2] for row in rows] == ["up"] * 6 + ["down"] * 6
-    kept = json.loads((tmp_path / "out" / "drysim.json").read_text())
+    kept = fields_of(tmp_path / "out")
     (found,) = kept["hysteresis"]
     assert found["key"] == "excitation.rms"
     assert found["from"] == found["to"] == 0.5
@@ -233,6 +224,8 @@ def test_files_tell_the_directions_apart(drysim, seat, tmp_path):
 
 
 NOISE = "kind: psd, points: [[1, 1], [9, 1]], duration: 9, seed: 1"
+SAMPLE = {"kind": "latin", "count": 3, "seed": 1}
+SAMPLE["over"] = {"excitation.rms": {"from": 0.1, "to": 1}}
 
 
 @pytest.mark.parametrize(
@@ -241,19 +234,7 @@ NOISE = "kind: psd, points: [[1, 1], [9, 1]], duration: 9, seed: 1"
         (levels("sideways"), (), "sweep.direction must be up, down or both, not `sideways`"),
         ({"direction": "up"}, (), "sweep.direction needs a key to vary"),
         ({"start.x_r": [0.0, 1e-3], "direction": "up"}, (), "start.x_r, the first key"),
-        (
-            {
-                "sample": {
-                    "kind": "latin",
-                    "count": 3,
-                    "seed": 1,
-                    "over": {"excitation.rms": {"from": 0.1, "to": 1}},
-                },
-                "direction": "up",
-            },
-            (),
-            "are random and have no order",
-        ),
+        ({"sample": SAMPLE, "direction": "up"}, (), "are random and have no order"),
         (
             {"friction.kinetic": [10, 20], "direction": "up"},
             (f"excitation={{{NOISE}, seeds: 3}}",),

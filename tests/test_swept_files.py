@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from pathlib import Path
 
 import pytest
-from seat import write_records
+from seat import fields_of, write_records
 
 import drysim as package
 from drysim.excitation.recorded import Record
@@ -63,10 +62,8 @@ def test_one_table_has_all_files_and_is_the_same_with_any_number_of_workers(drys
     tables = []
     for workers in (1, 2, 3):
         out = f"out/{workers}"
-        code = drysim(
-            "sweep", "seat.yaml", "--no-plots", "--workers", workers, "--out", out
-        ).code
-        assert code == 0
+        words = "sweep", "seat.yaml", "--no-plots", "--workers", workers, "--out", out
+        assert drysim(*words).code == 0
         tables.append(Path(out, "transmissibility.csv").read_bytes())
     assert tables[0] == tables[1] == tables[2]
     header, *rows = tables[0].decode().splitlines()
@@ -76,7 +73,7 @@ def test_one_table_has_all_files_and_is_the_same_with_any_number_of_workers(drys
 
 def test_every_file_is_an_input_with_its_hash(drysim, runs):
     assert drysim("sweep", "seat.yaml", "--no-plots").code == 0
-    inputs = json.loads(Path("out/seat/drysim.json").read_text())["inputs"]
+    inputs = fields_of("out/seat")["inputs"]
     assert [one["file"] for one in inputs] == runs
     for one in inputs:
         content = Path(one["file"]).read_bytes()
@@ -89,17 +86,14 @@ def test_written_scenario_reads_the_same_files(drysim, runs):
     assert again.code == 0
     ours = package.load("seat.yaml").sweep[0].values
     theirs = package.load("out/seat/scenario.yaml").sweep[0].values
-    assert [Path("out/seat", file).resolve() for file in theirs] == [
-        Path(file).resolve() for file in ours
-    ]
+    found = [Path("out/seat", file).resolve() for file in theirs]
+    assert found == [Path(file).resolve() for file in ours]
 
 
 def test_pictures_of_files_are_drawn(drysim, runs):
     assert drysim("sweep", "seat.yaml", "--out", "out/lines").code == 0
-    files = {"sweep": {"excitation.file": "runs/*.csv"}}
-    assert (
-        drysim("sweep", "seat.yaml", "--set", f"sweep={json.dumps(files['sweep'])}").code == 0
-    )
+    files = "sweep={excitation.file: runs/*.csv}"
+    assert drysim("sweep", "seat.yaml", "--set", files).code == 0
     for folder in ("out/lines", "out/seat"):
         for name in ("transmissibility.png", "stroke.png"):
             assert Path(folder, name).read_bytes().startswith(b"\x89PNG")
@@ -173,12 +167,11 @@ def test_table_of_files_is_a_frame(runs):
     ],
 )
 def test_fault_of_the_files_is_located_before_any_work(drysim, runs, value, words):
-    answer = drysim("validate", "seat.yaml", "--set", f"sweep={{excitation.file: {value}}}")
+    change = ("--set", f"sweep={{excitation.file: {value}}}")
+    answer = drysim("validate", "seat.yaml", *change)
     assert answer.code == 2
     assert words in answer.out
-    assert (
-        drysim("sweep", "seat.yaml", "--set", f"sweep={{excitation.file: {value}}}").code == 2
-    )
+    assert drysim("sweep", "seat.yaml", *change).code == 2
     assert not Path("out").exists()
 
 
@@ -271,14 +264,14 @@ def test_run_reads_and_names_its_own_record_only(drysim, runs):
     Path(runs[9]).write_text("no record\n")
     assert drysim("validate", "seat.yaml").code == 2
     assert drysim("run", "seat.yaml", "--no-plots").code == 0
-    inputs = json.loads(Path("out/seat/drysim.json").read_text())["inputs"]
+    inputs = fields_of("out/seat")["inputs"]
     assert [one["file"] for one in inputs] == [runs[0]]
 
 
 def test_unused_record_of_the_scenario_is_no_input_of_the_sweep(drysim, runs):
     files = f"sweep={{excitation.file: [{runs[1]}, {runs[2]}]}}"
     assert drysim("sweep", "seat.yaml", "--no-plots", "--set", files).code == 0
-    inputs = json.loads(Path("out/seat/drysim.json").read_text())["inputs"]
+    inputs = fields_of("out/seat")["inputs"]
     assert [one["file"] for one in inputs] == runs[1:3]
 
 
@@ -308,11 +301,8 @@ def test_labels_of_files_are_short_and_distinct():
     assert max(map(len, labels)) <= 24
     assert len({*labels}) == 45
     name = "m/line {} in the morning of a long day in the year 2024.csv"
-    assert file_labels([name.format(number) for number in (3, 10, 31)]) == [
-        "…3…",
-        "…10…",
-        "…31…",
-    ]
+    labels = file_labels([name.format(number) for number in (3, 10, 31)])
+    assert labels == ["…3…", "…10…", "…31…"]
     assert file_labels(["runs/a.csv", "runs/b.csv"]) == ["a", "b"]
     assert file_labels(["runs/a.csv", "b.wav"]) == ["runs/a.csv", "b.wav"]
 

@@ -11,11 +11,7 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import CoulombLaw, Plant, State
 from drysim.errors import ScenarioError
 from drysim.excitation.harmonic import Chirp, Shock
-from drysim.scenario.load import load
 from drysim.study.ensemble import run
-
-# Sine sweeps: the right frequency at every instant, the right level, and what is refused.
-
 
 STEP = 1e-3
 SCALES = ("linear", "log")
@@ -95,18 +91,22 @@ def test_coarse_grid_is_said_at_the_highest_frequency():
     assert chirp().motion(0.0025).warnings == ()
 
 
-def scenario(tmp_path, words):
-    """Load a scenario with some sweep."""
-    file = tmp_path / "seat.yaml"
-    file.write_text(
-        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
-        f"excitation: {{kind: sweep, {words}}}\nsolver: {{step: 1e-3}}\n"
-    )
-    return load(file)
+@pytest.fixture
+def loaded(scenario):
+    """Return the scenario of a sweep or a shock."""
+
+    def load(words, step=1e-3, more=""):
+        return scenario(
+            "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
+            f"excitation: {{{words}}}\nsolver: {{step: {step}}}\n{more}"
+        )
+
+    return load
 
 
-def test_run_is_as_long_as_the_sweep(tmp_path):
-    outcome = run(scenario(tmp_path, "from: 1, to: 10 Hz, rms: 1, duration: 20, scale: log"))
+def test_run_is_as_long_as_the_sweep(loaded):
+    words = "kind: sweep, from: 1, to: 10 Hz, rms: 1, duration: 20, scale: log"
+    outcome = run(loaded(words))
     assert len(outcome.response.x_r) == 20_001
     assert outcome.metrics["a_u"] == pytest.approx(outcome.response.motion.realised["rms"])
     assert outcome.metrics["T_x"] is None
@@ -127,9 +127,9 @@ WORDS = {
 
 
 @pytest.mark.parametrize(("words", "sentence"), WORDS.items(), ids=WORDS)
-def test_faulty_sweeps_are_refused(tmp_path, words, sentence):
+def test_faulty_sweeps_are_refused(loaded, words, sentence):
     with pytest.raises(ScenarioError) as fault:
-        scenario(tmp_path, words)
+        loaded(f"kind: sweep, {words}")
     (problem,) = fault.value.problems
     assert problem.sentence.startswith(sentence)
 
@@ -236,20 +236,11 @@ def test_straight_lines_leave_the_pulse_by_no_more_than_is_said():
         assert off < 1.001 * coarse.warnings[0].numbers["off"]
 
 
-def shock_scenario(tmp_path, words, duration=0.1):
-    """Load a scenario with some shock."""
-    file = tmp_path / "seat.yaml"
-    file.write_text(
-        "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
-        f"excitation: {{kind: shock, {words}}}\nsolver: {{step: 1e-4}}\n"
-        f"measure: {{duration: {duration}}}\n"
-    )
-    return load(file)
+HALF_SINE = "kind: shock, pulse: half-sine, amplitude: 3 g, duration: 11 ms, start: 5 ms"
 
 
-def test_run_goes_on_for_a_free_period_after_a_shock(tmp_path):
-    words = "pulse: half-sine, amplitude: 3 g, duration: 11 ms, start: 5 ms"
-    outcome = run(shock_scenario(tmp_path, words))
+def test_run_goes_on_for_a_free_period_after_a_shock(loaded):
+    outcome = run(loaded(HALF_SINE, 1e-4, "measure: {duration: 0.1}"))
     # ω_0 = 10 rad/s, ξ = 1/3; the shock ends at 16 ms.
     assert outcome.response.t[-1] == pytest.approx(0.016 + 0.2 * pi / sqrt(8 / 9), abs=1e-3)
     assert outcome.metrics["a_u"] == pytest.approx(3 * 9.80665 * sqrt(0.011 / 0.2), rel=1e-3)
@@ -257,9 +248,8 @@ def test_run_goes_on_for_a_free_period_after_a_shock(tmp_path):
     assert outcome.warnings == ()
 
 
-def test_a_pulse_that_is_cut_off_is_said(tmp_path):
-    words = "pulse: half-sine, amplitude: 3 g, duration: 11 ms, start: 5 ms"
-    (caution,) = run(shock_scenario(tmp_path, words, 0.01)).warnings
+def test_a_pulse_that_is_cut_off_is_said(loaded):
+    (caution,) = run(loaded(HALF_SINE, 1e-4, "measure: {duration: 0.01}")).warnings
     assert caution.slug == "pulse-cut"
 
 
@@ -279,8 +269,8 @@ SHOCK_WORDS = {
 
 
 @pytest.mark.parametrize(("words", "sentence"), SHOCK_WORDS.items(), ids=SHOCK_WORDS)
-def test_faulty_shocks_are_refused(tmp_path, words, sentence):
+def test_faulty_shocks_are_refused(loaded, words, sentence):
     with pytest.raises(ScenarioError) as fault:
-        shock_scenario(tmp_path, words)
+        loaded(f"kind: shock, {words}", 1e-4, "measure: {duration: 0.1}")
     (problem,) = fault.value.problems
     assert problem.sentence.startswith(sentence)
