@@ -4,9 +4,8 @@
 hostile files, streams, kills, the README. `core/`: the numeric core under both engines
 (`kernel`). `independent/`: solutions in 50 digits and hard cases. `properties/`: laws on drawn
 scenes. `fuzz/`: damaged inputs to every reader. `bench/`: `make bench` and timings. `tools/`:
-what tests share, and programs: `golden.py` keeps what the gallery gives, `figures.py` counts
-files and imports, `mutate.py` changes the core, `proof.py` and `readme.py` write parts of the
-README.
+what tests share, and programs: `golden.py` keeps what the gallery gives, `mutate.py` changes
+the core, `proof.py` and `readme.py` write parts of the README.
 """
 
 from __future__ import annotations

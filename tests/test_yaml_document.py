@@ -360,19 +360,10 @@ CHOICES = (
 )  # fmt: skip
 """Keys that choose one of several, and blocks that are chosen so."""
 
-SHAPES = [
-    "[]",
-    "[signum]",
-    "[[1]]",
-    "{}",
-    "{a: 1}",
-    "{a: [b]}",
-    "null",
-    "3",
-    "1.5",
-    ".nan",
-    "true",
-]
+SHAPES = (
+    *("[]", "[signum]", "[[1]]", "{}", "{a: 1}", "{a: [b]}"),
+    *("null", "3", "1.5", ".nan", "true"),
+)
 
 
 @pytest.mark.parametrize("key", CHOICES)

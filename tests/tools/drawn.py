@@ -19,9 +19,6 @@ SPECIAL_RATIOS = (1.0, 1.0 + 1e-7, 1.2, 5.0)
 SPECIAL_TURNS = (2.0, 0.5, 1.0 + 1e-9, 3.0)
 """Frequencies of further sines over that of the first."""
 
-DECAYS = 700.0
-"""What decays by more than exp(-700) is below every double."""
-
 
 class Scene(NamedTuple):
     """A scene in plain numbers: `sines` of (amplitude, frequency, phase), or samples and dt.

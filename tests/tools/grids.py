@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
-from math import pi, sqrt
+from math import sqrt
 from types import SimpleNamespace
 
-import numpy as np
 from outcomes import PAPER, limits_of, record, stand_in
 
 from drysim.approach.fixed_step import Signum, Smooth, Switch
@@ -129,10 +128,3 @@ def orbits(names, frequency=5.0, rms=0.5, force=45.0):
         responses[name] = MEMBERS[name].solve(PAPER, law, motion, REST, 2.5e-3, 10 / frequency)
     table = Table(stand_in("harmonic", 0.025, CoulombLaw(force, force)), (), tuple(rows))
     return Comparison(table, names[-1], responses, {}, ("all agree",))
-
-
-def magnification(f):
-    """Return T_a of the paper's oscillator without dry friction."""
-    s = 2j * pi * np.asarray(f)
-    m, k, b = PAPER.m, PAPER.k_x, PAPER.b
-    return abs((b * s + k) / (m * s**2 + b * s + k))

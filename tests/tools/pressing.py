@@ -6,9 +6,6 @@ import numpy as np
 from legs import event, leg
 from reference import RTOL
 
-ON = 1e-11
-"""A force or speed this near to zero, in units of the scene, is zero at a change of mode."""
-
 
 def march_pressed(
     plant, F_fk, F_fs, load, base, duration, state=(0.0, 0.0), kinks=(), rtol=RTOL
