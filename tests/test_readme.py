@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import itertools
+import json
 import os
 import re
 import subprocess
@@ -31,8 +33,10 @@ from drysim.manual.words import (
     KEY,
     MAP,
     METRIC,
+    STANDARD,
     SYMBOL,
     TERMS,
+    UNIT,
     WARNING,
     closest_word,
     entries,
@@ -197,6 +201,27 @@ def test_every_file_written_and_every_column_in_it_is_explained(walk):
     assert "t [s]" in columns
     assert [name for name in sorted(names) if f"`{name}`" not in TEXTS["files"]] == []
     assert [name for name in sorted(columns) if not explain(name)] == []
+
+
+def labels_of(summary):
+    """Yield the labels of a stored summary, also with a word in colour that follows."""
+    yield from (label for label, _ in summary["scene"])
+    notes = ("faults", "notes", "conclusion")
+    yield from (note["label"] for name in notes for note in summary[name])
+    for row in itertools.chain(*summary["groups"]):
+        yield row["label"]
+        if row["tone"] in ("good", "bad") and row["value"].isalpha():
+            yield f"{row['label']} {row['value']}"
+    for part in summary["parts"]:
+        yield from labels_of(part)
+
+
+def test_every_label_in_a_summary_of_the_pages_is_explained(walk):
+    files = (file for name in FOLLOWED for file in walk(name).folder.glob("out/*/drysim.json"))
+    summaries = [json.loads(file.read_text(encoding="utf-8"))["summary"] for file in files]
+    labels = {label for summary in summaries for label in labels_of(summary) if label}
+    assert {"T_a", "swept", "hourly peak", "locked", "peak |H1|"} <= labels
+    assert [label for label in sorted(labels) if not explain(label)] == []
 
 
 def test_links_lead_somewhere():
@@ -371,6 +396,11 @@ MEANT = {
     "A(8)": ["A_8"],
     "bands": ["measure.spectra.bands"],
     "bumper": ["stroke.stops"],
+    "stroke limit": ["stroke.limit"],
+    "runs differ": ["runs"],
+    "Wk": [STANDARD],
+    "lb": [UNIT],
+    "g": [UNIT, UNIT],
 }
 """Words, and the kinds or the words of their entries in order."""
 

@@ -7,6 +7,7 @@ commands from tables of the manual.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 import shlex
@@ -24,6 +25,7 @@ from drysim.scenario.assess import ASSESS_KEY
 from drysim.scenario.keys import TAG_KEYS
 from drysim.scenario.laws import DEFAULT_LAW, LAW_KEY
 from drysim.study.gallery import SCHEMA_FILE, folder
+from drysim.units import QUANTITY_NAMES, conversion_factor
 
 
 class Entry(NamedTuple):
@@ -72,7 +74,7 @@ CLASS = "seat-test class"
 DESIGN, FIT = "word of a design study", "word of a fit"
 BRANCHES, MAP = "word of branches", "word of a regime map"
 COMMAND, SUMMARY = "command", "label of a summary"
-STANDARD, QUESTION = "standard", "question"
+STANDARD, QUESTION, UNIT = "standard", "question", "unit"
 
 GROUPS = {
     "scenario keys": (KEY,),
@@ -128,6 +130,20 @@ STANDARDS = {
         "Whole-body vibration of persons: the frequency weightings of `measure.direction` and "
         "`measure.weighting`, which give a_w, SEAT, VDV, SEAT_VDV, MTVV and crest_factor.",
         "measure: {direction: vertical}",
+    ),
+    "Wk": (
+        "Frequency weighting of ISO 2631-1 for the seat, vertical, with the factor 1: that of "
+        "`direction: vertical`.",
+        "measure: {direction: vertical}",
+    ),
+    "Wd": (
+        "Frequency weighting of ISO 2631-1 for the seat, horizontal, with the factor 1.4: that "
+        "of `direction: horizontal`.",
+        "measure: {direction: horizontal}",
+    ),
+    "Wc": (
+        "Frequency weighting of ISO 2631-1 for the backrest, fore and aft.",
+        "measure: {weighting: Wc}",
     ),
     "2002/44/EC": (
         "Directive on the exposure of workers to vibration. The daily exposure A(8) is the "
@@ -207,6 +223,9 @@ LABELS = {
     "grid": "Number of motions behind a map.",
     "boundaries": "Boundaries between the regimes of a map, followed at the resolution stated.",
     "lines": "Lines of equal rate of break-aways in a map.",
+    "break-aways a second": "How often the mass breaks away from sticking under random base "
+    "motion: the range of rates in a share of a map.",
+    "cleaned": "What was done to a record before it was used, as its scenario demands.",
     "laws": "Friction laws behind the names of a comparison.",
     "engine": "How the kernels run: compiled, or interpreted by Python.",
     "ring-down": "Free vibration after a shock or record that ends at rest: the run goes on, "
@@ -246,6 +265,13 @@ SYMBOL_ROW = re.compile(r"^\| ([^`|]+) \| ([^|]*) \| ((?:[^|]|(?<=\\)\|)+) \|$",
 TERMS = {
     **{metric.label: metric.name for metric in METRICS if metric.label != metric.name},
     "limit": "violations",
+    "stroke limit": "stroke.limit",
+    "T_a below 1": "isolation: T_a < 1",
+    "several": "several stable motions",
+    "knee": "knee of the front",
+    "and": "over",
+    "runs agree": "runs",
+    "runs differ": "runs",
     "stops hit": "contacts",
     "energy": "energy_residual",
     "friction +10 %": "friction ±10 %",
@@ -285,6 +311,16 @@ TERMS = {
     "bounds": "at-bound",
 }
 """Labels of summaries and other words, with the entry that explains them."""
+
+LABELS_OF_CASES = (
+    (re.compile(r"^\d+ (?=stops a period$)"), "2, 4, … "),
+    (
+        re.compile(r"^(?:[\d.]+ to|above|below) [\d.]+ break-aways? a second$"),
+        "break-aways a second",
+    ),
+    (re.compile(r"^least \w+$"), "front"),
+)
+"""Labels with numbers or names in them, and the word that explains them."""
 
 DOTTED_BLOCKS = ("sweep.", "design.over.")
 """Blocks whose keys are dotted keys themselves."""
@@ -397,6 +433,8 @@ def explain(word: str) -> list[Entry]:
     """Return the entries of a word: exact matches, else keys that end with it."""
     word = re.sub(r"^exit[ -](?:code )?", "", word.strip().strip("`"))
     word = re.sub(r"^[✓✗·] | \[.*\]$|(?<=^branch) \d+$", "", word)
+    for label, general in LABELS_OF_CASES:
+        word = label.sub(general, word)
     matches = [entry for entry in entries() if entry.word == word]
     tails = [entry for entry in entries() if entry.word.endswith(f".{word}")]
     if word.endswith("_half_width"):
@@ -407,11 +445,24 @@ def explain(word: str) -> list[Entry]:
         matches += [entry for entry in tails if entry.word.count(".") == 1]
     if not matches and word in TERMS:
         matches = explain(TERMS[word])
+    if not matches:
+        matches = _units(word)
     if not matches and (spelled := _spellings().get(_bare(word), word)) != word:
         matches = explain(spelled)
     if not matches and not word.startswith("-"):
         matches = explain(f"--{word}")
     return [_with_example(entry) for entry in matches]
+
+
+def _units(word: str) -> list[Entry]:
+    """Return the meanings of a unit, one for each quantity that it measures."""
+    meanings = []
+    for unit, quantity in QUANTITY_NAMES.items():
+        with contextlib.suppress(ValueError):
+            factor = conversion_factor(word, unit)
+            text = f"Unit of {quantity}: 1 {word} = {factor:.9g} {unit}".rstrip() + "."
+            meanings.append(Entry(word, UNIT, text, where="values of a scenario, records"))
+    return meanings
 
 
 @cache
