@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import random
-import time
 import wave
 
 import numpy as np
@@ -17,7 +15,6 @@ from drysim.excitation.recorded import Record
 from drysim.records import columns as reader_module
 from drysim.records import text as cells_module
 from drysim.records.columns import LazySamples
-from fuzz.mutate import damaged
 from test_record_formats import at2, mat, mdf, rpc, tdms, uff, wav
 
 VALUES = np.random.default_rng(1).normal(size=400)
@@ -285,43 +282,3 @@ def test_zero_byte_far_into_a_text_is_found(tmp_path, small):
     (tmp_path / "r.csv").write_bytes(b"u_dd [m/s2]\n" + b"1\n" * 4000 + b"\0\n")
     with pytest.raises(RecordError, match="contains a zero byte"):
         record(tmp_path, file="r.csv", rate=400).motion()
-
-
-# Damaged files of formats that packages read; `fuzz` has those that drysim reads itself.
-
-
-TRIES, SECONDS = 4000, 8.0
-"""What a format gets at most; slow packages get fewer tries."""
-
-FUZZ_VALUES = np.random.default_rng(1).normal(size=60)
-FUZZ_GIVEN = {"acc": FUZZ_VALUES, "b": FUZZ_VALUES}
-
-FILES = {
-    "r.uff": (lambda path: uff(path, FUZZ_GIVEN), {"channel": "acc"}),
-    "text.uff": (lambda path: uff(path, FUZZ_GIVEN, binary=0), {"channel": "acc"}),
-    "r.mf4": (lambda path: mdf(path, {"acc": FUZZ_VALUES}), {"channel": "acc"}),
-    "r.tdms": (lambda path: tdms(path, FUZZ_GIVEN), {"channel": "acc"}),
-    "r.rpc": (lambda path: rpc(path, FUZZ_GIVEN), {"channel": "acc"}),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("file", "given"), FILES.items())
-def test_damaged_file_gives_a_motion_or_a_sentence(tmp_path, capfd, file, given):
-    write, words = given
-    write(tmp_path / file)
-    whole, dice = (tmp_path / file).read_bytes(), random.Random(3)
-    drawn = record(tmp_path, file=file, **words)
-    assert len(drawn.motion().u_dd) == len(FUZZ_VALUES)
-    end, sentences = time.monotonic() + SECONDS, []
-    for _ in range(TRIES):
-        (tmp_path / file).write_bytes(damaged([whole], dice))
-        try:
-            assert np.isfinite(drawn.motion().u_dd).all()
-        except RecordError as error:
-            sentences.append(error.problem.sentence)
-        if time.monotonic() > end:
-            break
-    assert sentences
-    assert [text for text in sentences if not text or "\n" in text] == []
-    assert capfd.readouterr() == ("", "")

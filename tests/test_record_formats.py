@@ -21,9 +21,6 @@ from drysim.excitation.recorded import Record
 from drysim.records.inspection import inspect_record
 from drysim.scenario.load import load
 
-# Records from files that other programs write: WAV, MAT and AT2.
-
-
 RATE = 400
 
 

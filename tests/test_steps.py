@@ -59,7 +59,7 @@ def numbers_of(row) -> dict[str, float]:
         (REST.replace("7500", "0"), 2e-3),
     ],
 )
-def test_step_has_a_default_under_sines_and_at_rest(text: str, step: float) -> None:
+def test_step_has_a_default_under_sines_and_at_rest(text, step):
     loaded = scenario(text)
     assert loaded.solver.step is None
     assert loaded.step == pytest.approx(step, rel=1e-3)
@@ -70,12 +70,12 @@ def test_step_has_a_default_under_sines_and_at_rest(text: str, step: float) -> N
     assert drysim.run(loaded).metrics == drysim.run(again).metrics
 
 
-def test_default_step_is_a_whole_part_of_the_common_period() -> None:
+def test_default_step_is_a_whole_part_of_the_common_period():
     assert default_step((1.6, 0.7), 0.3, None, False) == pytest.approx(10.0 / 1600, rel=1e-12)
     assert default_step((1.6,), 3.1, None, False) == pytest.approx(1 / 1.6 / 194, rel=1e-12)
 
 
-def test_metrics_of_a_sweep_do_not_depend_on_the_default_step() -> None:
+def test_metrics_of_a_sweep_do_not_depend_on_the_default_step():
     sweep = "sweep: {excitation.frequency: {from: 0.5, to: 8, step: 2.5}}\n"
     by_default = drysim.sweep(scenario(HARMONIC + sweep))
     stated = drysim.sweep(scenario(HARMONIC + sweep + "solver: {step: 1e-3}"))
@@ -85,7 +85,7 @@ def test_metrics_of_a_sweep_do_not_depend_on_the_default_step() -> None:
 
 
 @pytest.mark.parametrize("excitation", GENERATED)
-def test_step_of_sampled_motion_is_required_and_proposed(excitation: str) -> None:
+def test_step_of_sampled_motion_is_required_and_proposed(excitation):
     text = REST.replace("{kind: rest}", excitation).replace(
         "measure: {duration: 2}", "measure: {duration: 2}" if "shock" in excitation else ""
     )
@@ -100,7 +100,7 @@ def test_step_of_sampled_motion_is_required_and_proposed(excitation: str) -> Non
     assert not [warning for warning in case.warnings if warning.slug == "coarse-step"]
 
 
-def test_no_step_is_proposed_where_none_divides_all_times() -> None:
+def test_no_step_is_proposed_where_none_divides_all_times():
     text = EM6_SEAT.replace("10 s", "1.2345678 s").replace("solver: {step: 5 ms}\n", "")
     with pytest.raises(ScenarioError) as fault:
         scenario(text)
@@ -108,18 +108,18 @@ def test_no_step_is_proposed_where_none_divides_all_times() -> None:
 
 
 @pytest.mark.parametrize("more", ["solver: {approach: signum}", "reference: switch"])
-def test_step_is_required_by_approaches_of_fixed_steps(more: str) -> None:
+def test_step_is_required_by_approaches_of_fixed_steps(more):
     sweep = "sweep: {excitation.rms: [1, 2]}\n"
     with pytest.raises(ScenarioError, match=r"solver\.step is required: .*, such as 0\.005 s"):
         scenario(f"{HARMONIC}{sweep}{more}")
 
 
-def test_step_is_required_for_the_approaches_of_a_comparison() -> None:
+def test_step_is_required_for_the_approaches_of_a_comparison():
     with pytest.raises(ScenarioError, match=r"solver\.step is required for signum: "):
         compare(scenario(HARMONIC), "signum vs stick-slip")
     exact = compare(scenario(HARMONIC), "viscous vs stick-slip")
     assert exact.reference == "stick-slip"
 
 
-def test_proposal_is_none_where_nothing_moves_fast() -> None:
+def test_proposal_is_none_where_nothing_moves_fast():
     assert proposed_step(scenario(REST).excitation, (), 0.0) is None

@@ -57,9 +57,7 @@ def resumed(store: Store) -> Store:
     )
 
 
-def test_damaged_block_is_unfinished_or_reads_the_same(
-    kept: tuple[Store, CaseRange, Path],
-) -> None:
+def test_damaged_block_is_unfinished_or_reads_the_same(kept):
     """Some bytes of an archive do not matter, such as a date."""
     store, case_range, file = kept
     sound, read, refused = file.read_bytes(), list(store.read(case_range) or ()), 0
@@ -72,9 +70,7 @@ def test_damaged_block_is_unfinished_or_reads_the_same(
     assert refused > 2500
 
 
-def test_blocks_are_kept_as_they_come_and_yielded_in_order(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_blocks_are_kept_as_they_come_and_yielded_in_order(tmp_path, monkeypatch):
     """Few early ones wait in memory, an invalid one is solved again when it is due."""
     scenario = load_text(tmp_path, SEAT + SWEEP)
     plan = Plan(CaseRanges(approaches_of(scenario)))
@@ -106,7 +102,7 @@ def test_blocks_are_kept_as_they_come_and_yielded_in_order(
     assert asked == [[0, 1, 2, 3, 4]] * 2 + [[0, 1, 3]]
 
 
-def test_block_is_an_archive_of_arrays(kept: tuple[Store, CaseRange, Path]) -> None:
+def test_block_is_an_archive_of_arrays(kept):
     store, case_range, file = kept
     batch, arrays = store.read(case_range), np.load(file)
     assert batch is not None
@@ -114,9 +110,7 @@ def test_block_is_an_archive_of_arrays(kept: tuple[Store, CaseRange, Path]) -> N
     assert np.array_equal(arrays["status"], batch.status)
 
 
-def test_block_that_somebody_takes_away_is_missed_in_a_sentence(
-    kept: tuple[Store, CaseRange, Path],
-) -> None:
+def test_block_that_somebody_takes_away_is_missed_in_a_sentence(kept):
     store, case_range, file = kept
     assert len(StoredBatches(store, [case_range])[0]) == 5
     file.unlink()
@@ -147,9 +141,7 @@ def marched(tmp_path: Path) -> Marched:
 
 
 @pytest.mark.parametrize("fault", [OSError(28, "No space left on device"), KeyboardInterrupt()])
-def test_block_that_is_not_written_to_its_end_leaves_nothing(
-    marched: Marched, monkeypatch: pytest.MonkeyPatch, fault: BaseException
-) -> None:
+def test_block_that_is_not_written_to_its_end_leaves_nothing(marched, monkeypatch, fault):
     store, every = marched()
     batch, names = store.read(every[3]), {file.name for file in store.folder.iterdir()}
     assert batch is not None
@@ -166,7 +158,7 @@ def test_block_that_is_not_written_to_its_end_leaves_nothing(
     assert list(resumed(store).read(every[3]) or ()) == list(batch)
 
 
-def test_kill_while_a_block_is_written_loses_no_other(marched: Marched) -> None:
+def test_kill_while_a_block_is_written_loses_no_other(marched):
     store, every = marched()
     file = store.file(every[39])
     file.rename(file.with_suffix(".new"))
@@ -178,7 +170,7 @@ def test_kill_while_a_block_is_written_loses_no_other(marched: Marched) -> None:
     assert all(resumed(store).read(case_range) for case_range in every)
 
 
-def test_intact_block_in_the_place_of_another_is_unfinished(marched: Marched) -> None:
+def test_intact_block_in_the_place_of_another_is_unfinished(marched):
     store, every = marched()
     first, second, third = map(store.file, every[:3])
     first.rename(third)
@@ -187,7 +179,7 @@ def test_intact_block_in_the_place_of_another_is_unfinished(marched: Marched) ->
     assert store.read(every[3]) is not None
 
 
-def test_intact_block_of_another_sweep_is_unfinished(marched: Marched) -> None:
+def test_intact_block_of_another_sweep_is_unfinished(marched):
     store, every = marched()
     other, _ = marched("others", oscillator__mass=76)
     for case_range in every:
@@ -195,7 +187,7 @@ def test_intact_block_of_another_sweep_is_unfinished(marched: Marched) -> None:
     assert all(resumed(store).read(case_range) is None for case_range in every)
 
 
-def test_folders_and_pipes_in_the_place_of_blocks_are_unfinished(marched: Marched) -> None:
+def test_folders_and_pipes_in_the_place_of_blocks_are_unfinished(marched):
     store, every = marched()
     for case_range in every[:2]:
         store.file(case_range).unlink()
@@ -206,9 +198,7 @@ def test_folders_and_pipes_in_the_place_of_blocks_are_unfinished(marched: Marche
     assert all(again.read(case_range) for case_range in every[2:])
 
 
-def test_partial_that_is_removed_during_a_sweep_is_named(
-    drysim: Any, tmp_path: Path, monkeypatch: Any
-) -> None:
+def test_partial_that_is_removed_during_a_sweep_is_named(drysim, tmp_path, monkeypatch):
     def progress(*_: object) -> Any:
         return nullcontext(lambda n: shutil.rmtree("out/seat.partial", ignore_errors=True))
 
@@ -224,9 +214,7 @@ def test_partial_that_is_removed_during_a_sweep_is_named(
     assert not (tmp_path / "out/seat.partial").exists()
 
 
-def test_spoiled_partial_is_resumed_to_the_very_same_table(
-    drysim: Any, tmp_path: Path, monkeypatch: Any
-) -> None:
+def test_spoiled_partial_is_resumed_to_the_very_same_table(drysim, tmp_path, monkeypatch):
     (tmp_path / "seat.yaml").write_text(MARCHED)
     words = ("sweep", "seat.yaml", "--no-plots", "-q", "--workers", 1)
     assert drysim(*words, "-o", "whole").code == 0

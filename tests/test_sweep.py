@@ -62,7 +62,7 @@ def as_written(table: Table) -> list[Row]:
     ]
 
 
-def test_first_key_varies_fastest_and_the_reference_comes_last(grid: Path) -> None:
+def test_first_key_varies_fastest_and_the_reference_comes_last(grid):
     table = sweep(load(grid))
     own = list(table.of("stick-slip"))
     assert [tuple(row.point.values()) for row in own] == [
@@ -76,7 +76,7 @@ def test_first_key_varies_fastest_and_the_reference_comes_last(grid: Path) -> No
     ]
 
 
-def test_case_of_a_sweep_is_what_a_run_of_it_gives(grid: Path) -> None:
+def test_case_of_a_sweep_is_what_a_run_of_it_gives(grid):
     row = list(sweep(load(grid)).of("stick-slip"))[6]
     overrides = {"excitation.frequency": 3, "friction.kinetic": 45}
     alone = run(load(grid, overrides)).metrics
@@ -84,14 +84,12 @@ def test_case_of_a_sweep_is_what_a_run_of_it_gives(grid: Path) -> None:
 
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
-def test_table_does_not_depend_on_the_workers(grid: Path, workers: int) -> None:
+def test_table_does_not_depend_on_the_workers(grid, workers):
     assert as_written(sweep(load(grid), workers=workers)) == as_written(sweep(load(grid)))
 
 
 @pytest.mark.parametrize("overrides", [(), ("sweep.direction=both",)])
-def test_interrupted_sweep_goes_on_to_the_very_same_table(
-    grid: Path, tmp_path: Path, overrides: tuple[str, ...]
-) -> None:
+def test_interrupted_sweep_goes_on_to_the_very_same_table(grid, tmp_path, overrides):
     scenario = load(grid, overrides)
     whole = sweep(scenario)
     case, every = prepare(scenario), list(CaseRanges(approaches_of(scenario)))
@@ -137,9 +135,7 @@ NOISE = "{kind: standard, class: EM3, duration: 2 s, seed: 1}"
         ),
     ],
 )
-def test_text_that_workers_format_is_that_of_the_table(
-    grid: Path, tmp_path: Path, overrides: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_text_that_workers_format_is_that_of_the_table(grid, tmp_path, overrides, monkeypatch):
     case = prepare(load(grid, overrides), swept=True)
     write_transmissibility_csv(solve(case, workers=1), tmp_path / "transmissibility.csv")
     expected = (tmp_path / "transmissibility.csv").read_bytes()
@@ -168,7 +164,7 @@ def test_text_that_workers_format_is_that_of_the_table(
     assert (tmp_path / "transmissibility.csv").read_bytes().count(b"mark\n") == len(every)
 
 
-def test_blocks_of_another_sweep_is_refused(grid: Path, tmp_path: Path) -> None:
+def test_blocks_of_another_sweep_is_refused(grid, tmp_path):
     from drysim.errors import UsageError
 
     Store(tmp_path / "cases", work_identity(load(grid)), resume=False)
@@ -177,7 +173,7 @@ def test_blocks_of_another_sweep_is_refused(grid: Path, tmp_path: Path) -> None:
         Store(tmp_path / "cases", work_identity(other), resume=True)
 
 
-def test_checks_are_judged_by_their_worst_case(grid: Path) -> None:
+def test_checks_are_judged_by_their_worst_case(grid):
     table = sweep(load(grid))
     first, second = table.checks
     worst = max(table.of("stick-slip"), key=lambda row: row.metrics["T_a"])
@@ -187,7 +183,7 @@ def test_checks_are_judged_by_their_worst_case(grid: Path) -> None:
     assert second.where["excitation.frequency"] == 4.0
 
 
-def test_stroke_violations_are_summed_up_with_their_worst_case(grid: Path) -> None:
+def test_stroke_violations_are_summed_up_with_their_worst_case(grid):
     table = sweep(load(grid, {"stroke.limit": 0.010}))
     found = [warning for warning in table.warnings if warning.slug == "stroke-violated"]
     assert len(found) == 1
@@ -197,7 +193,7 @@ def test_stroke_violations_are_summed_up_with_their_worst_case(grid: Path) -> No
     )
 
 
-def test_sweep_fails_where_one_case_does_not_settle(grid: Path) -> None:
+def test_sweep_fails_where_one_case_does_not_settle(grid):
     """Without damping, friction below π/4 of the force lets resonance grow without end."""
     words = {
         "oscillator.damping": 0,
@@ -217,14 +213,14 @@ def test_sweep_fails_where_one_case_does_not_settle(grid: Path) -> None:
     assert table.exit_code() == 1
 
 
-def test_scenario_without_a_sweep_says_so(grid: Path) -> None:
+def test_scenario_without_a_sweep_says_so(grid):
     grid.write_text(GRID[: GRID.index("sweep:")])
     with pytest.raises(ScenarioError) as fault:
         approaches_of(load(grid))
     assert "sweep" in fault.value.problems[0].sentence
 
 
-def test_spectra_that_only_a_run_gives_are_told_of(grid: Path) -> None:
+def test_spectra_that_only_a_run_gives_are_told_of(grid):
     noise = "{kind: psd, points: [[0.5, 1], [10, 1]], rms: 1, duration: 10, seed: 3}"
     text = GRID.replace("{kind: harmonic, frequency: 1.6, rms: 1.0}", noise)
     text = text.replace("  excitation.frequency: {from: 1, to: 4, step: 1}\n", "")

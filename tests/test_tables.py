@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,7 +37,7 @@ def significant(text: str) -> str:
 
 
 @pytest.mark.parametrize("kind", NUMBERS)
-def test_number_reads_back_as_the_same_float_and_has_the_digits_of_repr(kind: str) -> None:
+def test_number_reads_back_as_the_same_float_and_has_the_digits_of_repr(kind):
     values = NUMBERS[kind] + 0.0  # -0.0 becomes 0.0
     cells = tables.format_numbers([values])
     assert np.array(cells, dtype="S32").astype(np.float64).tobytes() == values.tobytes()
@@ -46,7 +45,7 @@ def test_number_reads_back_as_the_same_float_and_has_the_digits_of_repr(kind: st
         assert significant(cell.decode()) == significant(repr(value))
 
 
-def test_missing_number_is_an_empty_cell_and_no_zero_is_negative() -> None:
+def test_missing_number_is_an_empty_cell_and_no_zero_is_negative():
     columns = [np.array([1.0, np.nan, -0.0]), np.array([np.nan, 2.5, 1e-7])]
     assert tables.format_numbers(columns) == [b"1.0,", b",2.5", b"0.0,1e-7"]
     assert tables.format_counts(np.array([3.0, np.nan, 0.0])) == [b"3", b"", b"0"]
@@ -56,7 +55,7 @@ def test_missing_number_is_an_empty_cell_and_no_zero_is_negative() -> None:
 
 
 @pytest.mark.parametrize("place", [0, 1, 2, 4])
-def test_text_and_counts_are_where_they_belong_among_the_numbers(place: int) -> None:
+def test_text_and_counts_are_where_they_belong_among_the_numbers(place):
     columns: list[tables.Values] = [
         np.array([0.5, 1.5]),
         np.array([np.nan, 2.0]),
@@ -73,13 +72,11 @@ def test_text_and_counts_are_where_they_belong_among_the_numbers(place: int) -> 
     )
 
 
-def test_mean_of_counts_has_decimals_only_where_it_needs_them() -> None:
+def test_mean_of_counts_has_decimals_only_where_it_needs_them():
     assert tables.format_counts(np.array([2.0, 2.5, np.nan])) == [b"2", b"2.5", b""]
 
 
-def test_column_for_all_tables_is_a_field_of_its_metric(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_column_for_all_tables_is_a_field_of_its_metric(tmp_path, monkeypatch):
     from drysim.metrics import table
 
     added = table.METRICS_BY_NAME["v_r_rms"]._replace(in_tables=True)

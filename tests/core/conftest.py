@@ -3,32 +3,16 @@
 from __future__ import annotations
 
 import importlib
+import pkgutil
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
 
-PARTS = (
-    "compile",
-    "dynamic_friction",
-    "events",
-    "fixed_step",
-    "forcing",
-    "march",
-    "measure",
-    "model",
-    "modes",
-    "orbit",
-    "oscillator",
-    "peak",
-    "roots",
-    "sampled",
-    "stroke",
-    "taylor",
-    "trajectory",
-    "variational",
-)
+import drysim.core
+
+PARTS = [part.name for part in pkgutil.iter_modules(drysim.core.__path__)]
 
 
 def core_under(engine: str, folder: Path) -> SimpleNamespace:

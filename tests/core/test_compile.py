@@ -19,20 +19,16 @@ from drysim.core import compile
 from drysim.errors import DrysimError
 from drysim.system import private_folder
 
-# The engines: how one is settled, and where compiled kernels are kept.
-
 
 @pytest.mark.parametrize(
     ("word", "engine"), [("plain", "plain"), ("compiled", "compiled"), ("auto", "compiled")]
 )
-def test_environment_names_the_engine(
-    monkeypatch: pytest.MonkeyPatch, word: str, engine: str
-) -> None:
+def test_environment_names_the_engine(monkeypatch, word, engine):
     monkeypatch.setenv(compile.ENGINE_VARIABLE, word)
     assert compile.engine() == engine
 
 
-def test_another_word_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_word_is_refused(monkeypatch):
     monkeypatch.setenv(compile.ENGINE_VARIABLE, "turbo")
     with pytest.raises(ValueError, match="plain, compiled or auto, not 'turbo'"):
         compile.engine()
@@ -47,9 +43,7 @@ def own_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]
     private_folder.cache_clear()
 
 
-def test_kernels_are_kept_in_the_users_cache_under_a_name_of_their_source(
-    own_cache: Path,
-) -> None:
+def test_kernels_are_kept_in_the_users_cache_under_a_name_of_their_source(own_cache):
     folder = compile.cache_folder()
     assert folder is not None
     assert folder.path == own_cache / "drysim" / f"kernels-{compile.source_key()}"
@@ -67,9 +61,7 @@ def numba_settings(monkeypatch: pytest.MonkeyPatch) -> Any:
     compile.is_always_plain.cache_clear()
 
 
-def test_kernels_are_plain_where_numba_is_switched_off(
-    numba_settings: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_kernels_are_plain_where_numba_is_switched_off(numba_settings, monkeypatch):
     assert (compile.engine(), compile.is_plain()) == ("compiled", False)
     monkeypatch.setattr(numba_settings, "DISABLE_JIT", 1)
     compile.is_always_plain.cache_clear()
@@ -81,9 +73,7 @@ def test_kernels_are_plain_where_numba_is_switched_off(
     ["[1, 2", "- a list", "!!python/name:os.system", "\udcff"],
     ids=lambda text: text[:4],
 )
-def test_settings_that_numba_cannot_read_are_named_with_a_way_out(
-    tmp_path: Path, text: str
-) -> None:
+def test_settings_that_numba_cannot_read_are_named_with_a_way_out(tmp_path, text):
     (tmp_path / ".numba_config.yaml").write_bytes(text.encode(errors="surrogateescape"))
     done = subprocess.run(
         [sys.executable, "-c", "from drysim.core.compile import import_numba; import_numba()"],
@@ -94,9 +84,7 @@ def test_settings_that_numba_cannot_read_are_named_with_a_way_out(
     assert "remove .numba_config.yaml from this folder" in way_out
 
 
-def test_compiler_that_cannot_be_loaded_is_told_with_a_way_out(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_compiler_that_cannot_be_loaded_is_told_with_a_way_out(monkeypatch):
     monkeypatch.setitem(sys.modules, "numba", None)
     with pytest.raises(
         DrysimError, match=r"the compiler \(numba\) cannot be loaded: "
@@ -112,9 +100,7 @@ class Evil:
         return os.mkdir, ("evil",)
 
 
-def test_file_of_a_kernel_is_not_unpickled_unless_it_is_whole(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_file_of_a_kernel_is_not_unpickled_unless_it_is_whole(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     data = {"numbers": [1.0, 2.0]}
     whole = compile.seal(pickle.dumps(data))
@@ -140,14 +126,12 @@ def settled(monkeypatch: pytest.MonkeyPatch, own_cache: Path) -> Callable[..., s
     return engine
 
 
-def test_short_job_stays_plain_and_a_long_one_is_compiled(settled: Callable[..., str]) -> None:
+def test_short_job_stays_plain_and_a_long_one_is_compiled(settled):
     assert settled(compile.MAX_PLAIN_STEPS) == compile.PLAIN
     assert settled(compile.MAX_PLAIN_STEPS + 1) == compile.COMPILED
 
 
-def test_kernels_of_a_law_are_compiled_for_the_first_time_only_where_it_pays(
-    settled: Callable[..., str],
-) -> None:
+def test_kernels_of_a_law_are_compiled_for_the_first_time_only_where_it_pays(settled):
     middling, much = 2 * compile.MAX_PLAIN_STEPS, 11 * compile.MAX_PLAIN_STEPS
     assert settled(middling, "taylor.march_taylor") == compile.PLAIN
     assert settled(much, "taylor.march_taylor") == compile.COMPILED
@@ -158,9 +142,7 @@ def test_kernels_of_a_law_are_compiled_for_the_first_time_only_where_it_pays(
     assert settled(middling, "march.march_modes sampled.march") == compile.PLAIN
 
 
-def test_session_compiles_when_the_jobs_of_a_law_have_much_to_do_and_from_then_on(
-    own_cache: Path,
-) -> None:
+def test_session_compiles_when_the_jobs_of_a_law_have_much_to_do_and_from_then_on(own_cache):
     folder = compile.cache_folder()
     assert folder is not None
     (folder.path / "sampled.march-0123.nbc").touch()
@@ -174,9 +156,7 @@ def test_session_compiles_when_the_jobs_of_a_law_have_much_to_do_and_from_then_o
     assert session.engine == compile.COMPILED
 
 
-def test_session_compiles_kernels_that_are_not_cached_for_ten_times_as_much(
-    own_cache: Path,
-) -> None:
+def test_session_compiles_kernels_that_are_not_cached_for_ten_times_as_much(own_cache):
     session, most = compile.Session(), compile.COLD_CACHE_FACTOR * compile.MAX_PLAIN_STEPS
     session.choose(most, "taylor.march_taylor")
     assert session.engine == compile.PLAIN
@@ -217,7 +197,7 @@ assert calls and tuple(old) == tuple(new)
 """
 
 
-def test_first_run_of_a_session_is_plain_and_a_large_job_compiled(tmp_path: Path) -> None:
+def test_first_run_of_a_session_is_plain_and_a_large_job_compiled(tmp_path):
     noise = "{kind: standard, class: EM3, duration: 5 s, seed: 1}"
     harmonic = "{kind: harmonic, frequency: 1.6, rms: 1.0}"
     (tmp_path / "seat.yaml").write_text(SEAT.replace(harmonic, noise))
@@ -247,7 +227,7 @@ assert known == [fixed_step.regularised_sign], known
 """
 
 
-def test_numba_gets_to_know_only_the_kernels_that_a_command_calls() -> None:
+def test_numba_gets_to_know_only_the_kernels_that_a_command_calls():
     environment = {**os.environ, "DRYSIM_ENGINE": "compiled"}
     done = subprocess.run(
         [sys.executable, "-c", FEW],
@@ -267,7 +247,7 @@ fixed_step.regularised_sign(1.0, 1.0, 1.0)
 """
 
 
-def test_compilation_is_announced_once_and_not_if_the_kernel_is_cached(tmp_path: Path) -> None:
+def test_compilation_is_announced_once_and_not_if_the_kernel_is_cached(tmp_path):
     environment = {
         **os.environ, "DRYSIM_ENGINE": "compiled", "XDG_CACHE_HOME": str(tmp_path)
     }  # fmt: skip
@@ -333,7 +313,7 @@ def answer(process: subprocess.Popen[str]) -> tuple[float, bool]:
 
 @pytest.mark.slow
 @pytest.mark.by_hand
-def test_kernels_are_kept_although_the_package_can_only_be_read(site: Path) -> None:
+def test_kernels_are_kept_although_the_package_can_only_be_read(site):
     before = sorted(site.rglob("*"))
     assert answer(start(site)) == (HALF, False)
     assert answer(start(site)) == (HALF, True)
@@ -342,7 +322,7 @@ def test_kernels_are_kept_although_the_package_can_only_be_read(site: Path) -> N
 
 @pytest.mark.slow
 @pytest.mark.by_hand
-def test_processes_that_compile_at_once_do_not_disturb_each_other(site: Path) -> None:
+def test_processes_that_compile_at_once_do_not_disturb_each_other(site):
     answers = [answer(process) for process in [start(site) for _ in range(3)]]
     assert [value for value, _ in answers] == [HALF] * 3
     assert answer(start(site)) == (HALF, True)
@@ -350,7 +330,7 @@ def test_processes_that_compile_at_once_do_not_disturb_each_other(site: Path) ->
 
 @pytest.mark.slow
 @pytest.mark.by_hand
-def test_upgrade_of_the_same_size_and_time_is_compiled_anew(site: Path) -> None:
+def test_upgrade_of_the_same_size_and_time_is_compiled_anew(site):
     assert answer(start(site))[0] == HALF
     source = site / "drysim" / "core" / "fixed_step.py"
     written, text = source.stat(), source.read_text()
@@ -366,7 +346,7 @@ def test_upgrade_of_the_same_size_and_time_is_compiled_anew(site: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.by_hand
 @pytest.mark.parametrize("zeros", [0, 64], ids=["cut short", "ending in zeros"])
-def test_kernels_that_a_power_loss_cut_short_are_compiled_anew(site: Path, zeros: int) -> None:
+def test_kernels_that_a_power_loss_cut_short_are_compiled_anew(site, zeros):
     assert answer(start(site)) == (HALF, False)
     kept = list((site.parent / "cache").rglob("*.nbc"))
     assert kept
@@ -379,7 +359,7 @@ def test_kernels_that_a_power_loss_cut_short_are_compiled_anew(site: Path, zeros
 
 @pytest.mark.slow
 @pytest.mark.by_hand
-def test_kernel_with_a_changed_byte_is_not_run(site: Path) -> None:
+def test_kernel_with_a_changed_byte_is_not_run(site):
     assert answer(start(site)) == (HALF, False)
     (kept,) = (site.parent / "cache").rglob("*.nbc")
     whole = bytearray(kept.read_bytes())

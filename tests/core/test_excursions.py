@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -11,9 +9,7 @@ TURNS = [0.0, 3.0, -4.0, 1.0, -1.0, 5.0]
 """Displacements at the turns of a motion that goes on to 2 [m]."""
 
 
-def test_passages_count_each_return_to_the_limit_on_either_side(
-    kernel: SimpleNamespace,
-) -> None:
+def test_passages_count_each_return_to_the_limit_on_either_side(kernel):
     t, turns = np.arange(6.0), np.array(TURNS)
     count, limits = kernel.stroke.extremes_and_crossings, kernel.model.StrokeLimits
     scene = (t, turns, 0.0, 2.0, 6.0)
@@ -26,9 +22,7 @@ def test_passages_count_each_return_to_the_limit_on_either_side(
 
 
 @pytest.mark.parametrize("repeats", [False, True])
-def test_mass_that_never_comes_back_has_one_excursion_as_long_as_all(
-    kernel: SimpleNamespace, repeats: bool
-) -> None:
+def test_mass_that_never_comes_back_has_one_excursion_as_long_as_all(kernel, repeats):
     find, limits = kernel.stroke.limit_crossings, kernel.model.StrokeLimits
     for one, known in ((limits(0.2, 0.4), (1, 0, 0.0, 7.0)), (limits(0.4, 0.2), (0, 0, -1, 0))):
         crossings = kernel.stroke.Crossings(*np.empty((5, 2)))
@@ -39,9 +33,7 @@ def test_mass_that_never_comes_back_has_one_excursion_as_long_as_all(
 
 
 @pytest.mark.parametrize(("repeats", "counted"), [(False, (2, 1)), (True, (1, 1))])
-def test_excursion_across_the_end_of_an_orbit_counts_once(
-    kernel: SimpleNamespace, repeats: bool, counted: tuple[int, int]
-) -> None:
+def test_excursion_across_the_end_of_an_orbit_counts_once(kernel, repeats, counted):
     t, turns = np.arange(2.0), np.array([3.0, -3.0])
     crossings, limits = kernel.stroke.Crossings(*np.empty((5, 4))), kernel.model.StrokeLimits
     count = kernel.stroke.limit_crossings(t, turns, 3.0, 2.0, limits(2.0, 2.0), crossings)

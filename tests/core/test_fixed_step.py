@@ -42,35 +42,27 @@ def banded(kernel: SimpleNamespace, march: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize("method", range(4))
-def test_twins_agree_bit_for_bit_on_the_bare_sign(
-    plain: SimpleNamespace, fast: SimpleNamespace, method: int
-) -> None:
+def test_twins_agree_bit_for_bit_on_the_bare_sign(plain, fast, method):
     found = stepped(plain, plain.fixed_step.SIGN, method)
     assert np.abs(found[0]).max() > 1e-5
     assert np.array_equal(found, stepped(fast, fast.fixed_step.SIGN, method))
 
 
 @pytest.mark.parametrize("form", range(1, 5))
-def test_twins_agree_on_smooth_signs_to_the_rounding_of_their_functions(
-    plain: SimpleNamespace, fast: SimpleNamespace, form: int
-) -> None:
+def test_twins_agree_on_smooth_signs_to_the_rounding_of_their_functions(plain, fast, form):
     found = stepped(plain, form, plain.fixed_step.RK4)
     assert found == pytest.approx(stepped(fast, form, fast.fixed_step.RK4), rel=1e-9, abs=1e-15)
 
 
 @pytest.mark.parametrize("march", ["switch", "moreau"])
-def test_twins_agree_bit_for_bit_where_the_mass_sticks(
-    plain: SimpleNamespace, fast: SimpleNamespace, march: str
-) -> None:
+def test_twins_agree_bit_for_bit_where_the_mass_sticks(plain, fast, march):
     found = banded(plain, march)
     assert {0.0} < set(found[3]) <= {-1.0, 0.0, 1.0}
     assert np.array_equal(found, banded(fast, march))
 
 
 @pytest.mark.parametrize(("method", "order"), [(0, 1), (1, 1), (2, 2), (3, 4)])
-def test_method_is_of_its_order_without_friction(
-    kernel: SimpleNamespace, method: int, order: int
-) -> None:
+def test_method_is_of_its_order_without_friction(kernel, method, order):
     def error(dt: float) -> float:
         base, out = on_grid(kernel, np.ones(round(0.5 / dt) + 1), dt)
         plant = kernel.model.Plant(*PAPER)
@@ -82,14 +74,14 @@ def test_method_is_of_its_order_without_friction(
 
 
 @pytest.mark.parametrize("form", range(1, 5))
-def test_smooth_sign_is_odd_steep_and_at_most_one(kernel: SimpleNamespace, form: int) -> None:
+def test_smooth_sign_is_odd_steep_and_at_most_one(kernel, form):
     share = kernel.fixed_step.regularised_sign
     assert share(form, 1e3, 0.0) == 0.0
     assert share(form, 1e3, -0.02) == -share(form, 1e3, 0.02)
     assert 0.0 < share(form, 1e3, 1e-4) < share(form, 1e3, 1e-3) < share(form, 1e3, 10.0) <= 1.0
 
 
-def test_every_form_of_the_sign_is_its_formula(kernel: SimpleNamespace) -> None:
+def test_every_form_of_the_sign_is_its_formula(kernel):
     law, c = kernel.fixed_step, 3.0
     for v in (-2.0, -1e-3, 0.0, 0.4):
         forms = {
@@ -102,9 +94,7 @@ def test_every_form_of_the_sign_is_its_formula(kernel: SimpleNamespace) -> None:
 
 
 @pytest.mark.parametrize(("v", "d"), [(0.0, 0), (0.1, 1), (-0.1, -1)])
-def test_moreau_begins_in_the_direction_of_its_start(
-    kernel: SimpleNamespace, v: float, d: int
-) -> None:
+def test_moreau_begins_in_the_direction_of_its_start(kernel, v, d):
     base, out = on_grid(kernel)
     out.v_r[0] = v
     kernel.fixed_step.march_moreau(kernel.model.Plant(*PAPER), 15.0, base, out)

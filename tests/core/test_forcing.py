@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import math
 from random import Random
-from types import SimpleNamespace
 
 import mpmath
 import numpy as np
 import pytest
 from scenes import waves_of
-
-# Mean squares of the base over any window, against forty digits.
-
 
 AGREES = 1e-11
 """Relative: an angle of thousands of radians is known to 1e-12."""
@@ -39,9 +35,7 @@ def along(omega, phase, begin, end):
 
 
 @pytest.mark.parametrize("begin", [0.0, 1.3])
-def test_mean_square_is_right_over_windows_of_any_length(
-    kernel: SimpleNamespace, begin: float
-) -> None:
+def test_mean_square_is_right_over_windows_of_any_length(kernel, begin):
     for number in range(60):
         dice = Random(number)
         sines = [
@@ -64,9 +58,7 @@ H = 1e-6
 @pytest.mark.parametrize("s", [0.001, 0.02, 0.3, 2.0])
 @pytest.mark.parametrize("slope", [0.0, 3.0])
 @pytest.mark.parametrize(("c", "w"), [(6.7, 100.0), (0.0, 100.0), (400.0, 100.0), (0.0, 0.0)])
-def test_each_rate_of_sliding_is_the_slope_of_the_one_before(
-    kernel: SimpleNamespace, c: float, w: float, slope: float, s: float
-) -> None:
+def test_each_rate_of_sliding_is_the_slope_of_the_one_before(kernel, c, w, slope, s):
     plant, law = kernel.model.Plant(1.0, w, c), kernel.model.CoulombLaw(0.3, 0.4, 0.5, 9.0, 0.2)
     waves = waves_of(kernel, [(1.4, 1.1, 0.4), (0.9, 3.7, 1.0)], law)
     kernel.forcing.set_phases(waves, plant, law, 0.35, 1)
@@ -80,9 +72,7 @@ def test_each_rate_of_sliding_is_the_slope_of_the_one_before(
 
 @pytest.mark.parametrize("c", [1e8, 1e10, 1e13])
 @pytest.mark.parametrize("s", [1e-5, 1e-3, 0.05])
-def test_every_rate_of_a_creep_under_a_strong_damper_has_its_digits(
-    kernel: SimpleNamespace, c: float, s: float
-) -> None:
+def test_every_rate_of_a_creep_under_a_strong_damper_has_its_digits(kernel, c, s):
     # What is left of the start dies out within 1/c; then v_r = -ü/c, and so are its rates. The
     # snap once was the rounding of ü times c², and steps were of a decay where it bounds them.
     plant, law = kernel.model.Plant(1.0, 100.0, c), kernel.model.CoulombLaw(0.0, 0.0)
@@ -95,9 +85,7 @@ def test_every_rate_of_a_creep_under_a_strong_damper_has_its_digits(
     assert rates == pytest.approx(np.array(u_dd) / -c, rel=1e-6)
 
 
-def test_bounds_of_the_rates_of_a_force_are_what_its_sines_reach_together(
-    kernel: SimpleNamespace,
-) -> None:
+def test_bounds_of_the_rates_of_a_force_are_what_its_sines_reach_together(kernel):
     waves = waves_of(
         kernel, [(1.4, 1.1, 0.4), (-0.9, 0.1, 1.0)], kernel.model.CoulombLaw(1.0, 1.0)
     )
@@ -110,9 +98,7 @@ def test_bounds_of_the_rates_of_a_force_are_what_its_sines_reach_together(
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_each_rate_of_the_force_left_to_break_away_is_the_slope_of_the_one_before(
-    kernel: SimpleNamespace, side: int
-) -> None:
+def test_each_rate_of_the_force_left_to_break_away_is_the_slope_of_the_one_before(kernel, side):
     plant, law = (
         kernel.model.Plant(2.0, 90.0, 3.0),
         kernel.model.CoulombLaw(7.0, 8.0, 0.5, 9.0, 0.2),

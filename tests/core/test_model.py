@@ -18,9 +18,6 @@ from drysim.core.model import (
     recall_for,
 )
 
-# Sampled motion between its samples: integrals over windows, however they cut its steps.
-
-
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 """Exact for the square of a cubic."""
 
@@ -49,7 +46,7 @@ def test_squares_over_a_window_are_those_of_lines_and_of_the_cubics_that_they_be
 
 
 @pytest.mark.parametrize("length", [1, 7, 8, 9, 24])
-def test_blocks_of_a_signal_make_the_whole(length: int) -> None:
+def test_blocks_of_a_signal_make_the_whole(length):
     signal = np.arange(length) - 3.0
     parts = list(blocks(signal, 8))
     assert max(map(len, parts)) <= 8
@@ -57,7 +54,7 @@ def test_blocks_of_a_signal_make_the_whole(length: int) -> None:
     assert max_abs(signal) == max(3.0, length - 4.0)
 
 
-def test_nothing_has_no_magnitude() -> None:
+def test_nothing_has_no_magnitude():
     assert max_abs(np.zeros(0)) == 0.0
 
 
@@ -67,7 +64,7 @@ def squares(motion: Samples, power: int) -> float:
     return float(np.sum(motion.u_dd[:] ** power)) * motion.dt + u
 
 
-def test_values_that_are_kept_for_a_motion_are_its_own_whatever_came_and_went_before() -> None:
+def test_values_that_are_kept_for_a_motion_are_its_own_whatever_came_and_went_before():
     random, living = np.random.default_rng(4), list[Samples]()
     before = len(_kept_values)
     for _ in range(400):
@@ -85,7 +82,7 @@ def test_values_that_are_kept_for_a_motion_are_its_own_whatever_came_and_went_be
     assert len(_kept_values) == before
 
 
-def test_values_are_computed_once_for_a_motion_that_is_kept_and_else_each_time() -> None:
+def test_values_are_computed_once_for_a_motion_that_is_kept_and_else_each_time():
     calls = []
 
     def count(motion: Samples) -> float:

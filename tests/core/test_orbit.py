@@ -12,9 +12,6 @@ from scenes import PAPER, log_of, waves_of
 
 from drysim.core.status import Status
 
-# Periodic orbits against the tables of independent solutions.
-
-
 M, K = 1.0, 100.0
 
 
@@ -58,9 +55,7 @@ def den_hartog(beta: float, zeta: float, phi: float) -> float:
     [(0.8, 0.05, 0.1), (0.8, 0.05, 0.5), (1.0, 0.05, 0.3), (1.0, 1 / 3, 0.3), (1.5, 0.05, 0.5),
      (2.0, 1 / 3, 0.3), (3.0, 1 / 3, 0.5), (0.8, 1e-3, 0.3)],
 )  # fmt: skip
-def test_sliding_without_stops_is_den_hartogs(
-    kernel: SimpleNamespace, beta: float, zeta: float, phi: float
-) -> None:
+def test_sliding_without_stops_is_den_hartogs(kernel, beta, zeta, phi):
     found = orbit(kernel, beta, zeta, phi)
     assert sorted(found.kinds) == [-2, 2]
     assert found.multiple == 1
@@ -74,9 +69,7 @@ def test_sliding_without_stops_is_den_hartogs(
      (2.0, 0.05, 0.9, 1.0, 0.005990), (0.5, 0.05, 0.5, 1.2, 1.217104),
      (1.0, 1 / 3, 0.6, 1.2, 0.343902), (2.0, 0.05, 0.7, 1.3, 0.053530)],
 )  # fmt: skip
-def test_stick_slip_orbits_have_their_known_stroke(
-    kernel: SimpleNamespace, beta: float, zeta: float, phi: float, ratio: float, peak: float
-) -> None:
+def test_stick_slip_orbits_have_their_known_stroke(kernel, beta, zeta, phi, ratio, peak):
     found = orbit(kernel, beta, zeta, phi, ratio)
     assert found.peak == pytest.approx(peak, abs=2e-6)
     assert found.closure < 1e-12
@@ -87,15 +80,13 @@ def test_stick_slip_orbits_have_their_known_stroke(
     [(0.8, 0.05, 0.72954), (0.8, 1 / 3, 0.41904), (1.5, 0.05, 0.62223), (2.0, 1 / 3, 0.49963),
      (5.0, 0.05, 0.54109)],
 )  # fmt: skip
-def test_stops_begin_at_the_known_friction(
-    kernel: SimpleNamespace, beta: float, zeta: float, phi: float
-) -> None:
+def test_stops_begin_at_the_known_friction(kernel, beta, zeta, phi):
     # The tabulated onset is up to 1.5e-4 late: stops of a few microseconds come before it.
     assert 0 not in orbit(kernel, beta, zeta, phi - 2e-4).kinds
     assert 0 in orbit(kernel, beta, zeta, phi).kinds
 
 
-def test_rigid_block_begins_to_stop_at_the_closed_form(kernel: SimpleNamespace) -> None:
+def test_rigid_block_begins_to_stop_at_the_closed_form(kernel):
     # Without spring and damper the onset is 1/sqrt(1 + π²/4); the phase makes it symmetric.
     onset = 1 / math.sqrt(1 + math.pi**2 / 4)
     for phi, stops in ((onset - 1e-9, False), (onset + 1e-9, True)):
@@ -110,26 +101,26 @@ def test_rigid_block_begins_to_stop_at_the_closed_form(kernel: SimpleNamespace) 
         assert (0 in log.kind[: found.events].tolist()) == stops
 
 
-def test_light_damping_is_settled_by_newton_not_by_patience(kernel: SimpleNamespace) -> None:
+def test_light_damping_is_settled_by_newton_not_by_patience(kernel):
     found = orbit(kernel, 0.8, 1e-4, 0.3, most=5000)
     assert found.multiple == 1
     assert found.peak == pytest.approx(den_hartog(0.8, 1e-4, 0.3), rel=1e-9)
     assert found.periods < 2000
 
 
-def test_motion_that_keeps_growing_is_not_called_settled(kernel: SimpleNamespace) -> None:
+def test_motion_that_keeps_growing_is_not_called_settled(kernel):
     assert orbit(kernel, 1.0, 0.0, 0.5, most=300).multiple == Status.NOT_SETTLED
 
 
-def test_mass_that_never_moves_is_settled_after_one_period(kernel: SimpleNamespace) -> None:
+def test_mass_that_never_moves_is_settled_after_one_period(kernel):
     found = orbit(kernel, 1.0, 0.1, 1.0)
     assert (found.multiple, found.periods, found.events, found.peak) == (1, 1, 0, 0.0)
 
 
 @pytest.mark.parametrize(("zeta", "marginal"), [(0.0, True), (0.01, False)])
 def test_continuum_of_orbits_at_half_the_natural_frequency_is_recognised(
-    kernel: SimpleNamespace, zeta: float, marginal: bool
-) -> None:
+    kernel, zeta, marginal
+):
     # Without damping β = 1/2 has a continuum of orbits (Csernák, Stépán and Shaw 2007).
     ends = []
     for x_r in (0.0035, 0.0045):
@@ -140,9 +131,7 @@ def test_continuum_of_orbits_at_half_the_natural_frequency_is_recognised(
     assert (abs(ends[1] - ends[0]) > 9e-4) == marginal
 
 
-def test_newton_leaves_no_trace_in_where_a_creeping_mass_comes_to_rest(
-    fast: SimpleNamespace,
-) -> None:
+def test_newton_leaves_no_trace_in_where_a_creeping_mass_comes_to_rest(fast):
     # With F_fs above F_fk the place of rest depends on every period of the way there.
     beta, zeta, phi, ratio, start = 6.751, 20.0, 0.9, 1.2, (-0.0152, 0.03)
     found = orbit(fast, beta, zeta, phi, ratio, start=start)
@@ -161,9 +150,7 @@ def test_newton_leaves_no_trace_in_where_a_creeping_mass_comes_to_rest(
     assert found.state == state[:2]
 
 
-def test_steady_start_without_friction_is_the_impedance_of_every_sine(
-    kernel: SimpleNamespace,
-) -> None:
+def test_steady_start_without_friction_is_the_impedance_of_every_sine(kernel):
     plant, law = kernel.model.Plant(75.0, 7500.0, 500.0), kernel.model.CoulombLaw(0.0, 0.0)
     sines = [(1.2, 0.7, 0.3), (0.4, 2.1, -1.1), (2.0, 1.6, 2.0)]
     x_r, v_r = kernel.orbit.linear_steady_state(plant, waves_of(kernel, sines, law))
@@ -175,8 +162,8 @@ def test_steady_start_without_friction_is_the_impedance_of_every_sine(
 
 
 def test_orbit_that_rounding_keeps_from_closing_is_settled_where_it_comes_no_closer(
-    plain: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    plain, monkeypatch
+):
     closed = orbit(plain, 1.3, 0.02, 0.2)
     monkeypatch.setattr(plain.orbit, "CLOSURE_TOLERANCE", -1.0)
     found = orbit(plain, 1.3, 0.02, 0.2)
@@ -207,9 +194,7 @@ def found_for(
 
 
 @pytest.mark.parametrize("beta", [60.0, 6e3, 6e4, 6e5, 6e8])
-def test_motion_that_hardly_changes_far_from_its_orbit_is_not_called_settled(
-    kernel: SimpleNamespace, beta: float
-) -> None:
+def test_motion_that_hardly_changes_far_from_its_orbit_is_not_called_settled(kernel, beta):
     # Far above its natural frequency a mass changes by little in a period wherever it is: at
     # β = 6e5 it was called settled at nearly four times the amplitude of its orbit.
     found = found_for(kernel, (M, K, 2 / 3 * math.sqrt(K * M)), beta * 10 / (2 * math.pi), 0.3)
@@ -222,9 +207,7 @@ def test_motion_that_hardly_changes_far_from_its_orbit_is_not_called_settled(
         assert found.peak > 2.0 * peak
 
 
-def test_mass_that_creeps_to_the_edge_of_its_resting_places_has_come_to_rest(
-    fast: SimpleNamespace,
-) -> None:
+def test_mass_that_creeps_to_the_edge_of_its_resting_places_has_come_to_rest(fast):
     # Kicked under a base too weak to move it from rest, it slides a little less in each period.
     beta, phi = 3.41048, 1.08319
     found = orbit(fast, beta, 0.001958, phi, start=(-0.02544344, -0.29677443))
@@ -234,9 +217,7 @@ def test_mass_that_creeps_to_the_edge_of_its_resting_places_has_come_to_rest(
 
 
 @pytest.mark.parametrize("b", [0.0, 1e-9, 0.5])
-def test_block_without_a_spring_has_one_orbit_wherever_it_lies(
-    kernel: SimpleNamespace, b: float
-) -> None:
+def test_block_without_a_spring_has_one_orbit_wherever_it_lies(kernel, b):
     # No place is drawn to another, but speeds are, with and without a damper.
     found = found_for(kernel, (M, 0.0, b), 1.0, 0.3)
     assert (found.multiple, found.unique) == (1, True)
@@ -262,16 +243,14 @@ def newton(kernel: SimpleNamespace, zeta: float, dx: float, dv: float) -> Simple
     return SimpleNamespace(good=good, state=end[:2], image=image[:2], orbit=found.state)
 
 
-def test_newtons_step_from_beside_an_orbit_lands_on_it(kernel: SimpleNamespace) -> None:
+def test_newtons_step_from_beside_an_orbit_lands_on_it(kernel):
     found = newton(kernel, 0.05, 1e-7, -1e-6)
     assert found.good
     assert found.state == pytest.approx(found.orbit, rel=1e-9)
     assert found.image != pytest.approx(found.orbit, rel=1e-8)
 
 
-def test_newtons_method_leaves_an_orbit_alone_that_keeps_distances(
-    kernel: SimpleNamespace,
-) -> None:
+def test_newtons_method_leaves_an_orbit_alone_that_keeps_distances(kernel):
     found = newton(kernel, 0.0, 1e-7, -1e-6)
     assert not found.good
     assert found.state == found.image
@@ -281,14 +260,12 @@ def test_newtons_method_leaves_an_orbit_alone_that_keeps_distances(
     ("k_x", "b", "most"),
     [(K, 0.0, 5000), (K, 0.1, 5000), (K, 1e6, 5000), (K, 1e7, 100), (0.0, 1e-3, 5000)],
 )
-def test_mass_that_only_creeps_is_not_followed_for_thousands_of_periods(
-    kernel: SimpleNamespace, k_x: float, b: float, most: int
-) -> None:
+def test_mass_that_only_creeps_is_not_followed_for_thousands_of_periods(kernel, k_x, b, most):
     # At ξ = 1e10 its spring takes decades: 5000 periods had taken a minute in plain Python.
     assert kernel.orbit.period_budget(kernel.model.Plant(M, k_x, b), 0.6, 5000) == most
 
 
-def test_orbit_of_ten_periods_is_found_and_repeats_itself(kernel: SimpleNamespace) -> None:
+def test_orbit_of_ten_periods_is_found_and_repeats_itself(kernel):
     F_fk, f, phase = 0.11999109888519495, 0.07957747154594767, 0.6791759369443524
     plant, law = kernel.model.Plant(1.0, 1.0, 0.002), kernel.model.CoulombLaw(F_fk, 5.0 * F_fk)
     waves, log = waves_of(kernel, [(1.0, f, phase)], law), log_of(kernel)
@@ -308,9 +285,7 @@ def test_orbit_of_ten_periods_is_found_and_repeats_itself(kernel: SimpleNamespac
     assert min(abs(x - x_r) for x in seen[:-1]) > 1e-3
 
 
-def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
-    fast: SimpleNamespace,
-) -> None:
+def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(fast):
     # 5e-4 of its way in a period, at ξ = 1000: it is there after 320, Newton's steps included.
     plant, law = fast.model.Plant(M, 1.0, 2000.0), fast.model.CoulombLaw(0.1, 0.1)
     waves, log = waves_of(fast, [(1.0, 1.0, 0.3)], law), log_of(fast)
@@ -323,7 +298,7 @@ def test_mass_that_creeps_from_afar_is_followed_until_it_reaches_its_orbit(
     assert abs(x_r) < 1e-3
 
 
-def test_creep_that_comes_to_no_orbit_in_time_has_not_settled(fast: SimpleNamespace) -> None:
+def test_creep_that_comes_to_no_orbit_in_time_has_not_settled(fast):
     plant, law = (
         fast.model.Plant(M, K, 2e10 * math.sqrt(K * M)),
         fast.model.CoulombLaw(0.3, 0.3),
@@ -382,7 +357,7 @@ def scene(
     ]
 
 
-def test_block_is_what_its_scenes_are_alone(fast: SimpleNamespace) -> None:
+def test_block_is_what_its_scenes_are_alone(fast):
     scenes = np.array([scene(f, F) for F in (0.0, 15.0, 45.0) for f in (0.5, 1.6, 5.0)])
     whole = solve(fast, scenes)
     alone = [solve(fast, scenes[i : i + 1])[0] for i in range(len(scenes))]
@@ -390,7 +365,7 @@ def test_block_is_what_its_scenes_are_alone(fast: SimpleNamespace) -> None:
     assert (whole[:, fast.orbit.STATUS] == Status.OK).all()
 
 
-def test_energy_of_every_orbit_balances(kernel: SimpleNamespace) -> None:
+def test_energy_of_every_orbit_balances(kernel):
     o, s = kernel.orbit, kernel.forcing
     scenes = np.array([scene(f, F, ratio=1.2) for F in (0.0, 15.0, 45.0) for f in (0.6, 3.0)])
     for row, found in zip(scenes, solve(kernel, scenes), strict=True):
@@ -399,7 +374,7 @@ def test_energy_of_every_orbit_balances(kernel: SimpleNamespace) -> None:
         assert lost == pytest.approx(work, rel=1e-11)
 
 
-def test_limit_that_varies_takes_one_wave_more(kernel: SimpleNamespace) -> None:
+def test_limit_that_varies_takes_one_wave_more(kernel):
     o = kernel.orbit
     varied = scene(2.0, 30.0, variation=0.4, omega=2 * math.pi * 2.0)
     found = solve(kernel, np.array([varied, scene(2.0, 30.0), varied]))
@@ -407,7 +382,7 @@ def test_limit_that_varies_takes_one_wave_more(kernel: SimpleNamespace) -> None:
     assert found[0, o.X2] != found[1, o.X2]
 
 
-def test_excursions_are_where_the_displacement_says(fast: SimpleNamespace) -> None:
+def test_excursions_are_where_the_displacement_says(fast):
     o = fast.orbit
     free = solve(fast, np.array([scene(1.6, 15.0)]))[0]
     found = solve(fast, np.array([scene(1.6, 15.0, limit=0.8 * free[o.HIGHEST])]))[0]
@@ -429,9 +404,7 @@ def dimensionless(beta: float, zeta: float, phi: float, ratio: float = 1.0) -> l
      (0.25, 0.05, 0.282327218, 4, 2), (0.5, 0.05, 0.287808502, 0, 2),
      (0.3, 1 / 3, 0.047206091, 0, 2)],
 )  # fmt: skip
-def test_number_of_stops_changes_at_the_known_friction(
-    fast: SimpleNamespace, beta: float, zeta: float, phi: float, below: int, above: int
-) -> None:
+def test_number_of_stops_changes_at_the_known_friction(fast, beta, zeta, phi, below, above):
     o = fast.orbit
     scenes = np.array([dimensionless(beta, zeta, phi + step) for step in (-2e-9, 2e-9)])
     found = solve(fast, scenes)
@@ -439,7 +412,7 @@ def test_number_of_stops_changes_at_the_known_friction(
     assert (found[:, o.ASYMMETRY] < 1e-9).all()
 
 
-def test_symmetry_breaks_where_two_stops_become_unstable(fast: SimpleNamespace) -> None:
+def test_symmetry_breaks_where_two_stops_become_unstable(fast):
     # Shaw (1986): with F_fs = 2 F_fk at β = 1/2, ζ = 0.05 below φ = 0.217466646.
     o = fast.orbit
     found = solve(
@@ -450,22 +423,20 @@ def test_symmetry_breaks_where_two_stops_become_unstable(fast: SimpleNamespace) 
     assert found[2, o.ASYMMETRY] < 1e-9
 
 
-def test_locked_mass_has_no_stops(kernel: SimpleNamespace) -> None:
+def test_locked_mass_has_no_stops(kernel):
     o = kernel.orbit
     found = solve(kernel, np.array([scene(2.0, 90.0, rms=0.75)]))[0]
     assert (found[o.STOPS], found[o.ASYMMETRY], found[o.SLIDING_DISTANCE]) == (0, 0, 0)
 
 
-def test_more_events_than_the_log_holds_are_told_of(kernel: SimpleNamespace) -> None:
+def test_more_events_than_the_log_holds_are_told_of(kernel):
     found = solve(kernel, np.array([scene(0.5, 15.0)]), capacity=4)
     assert found[0, kernel.orbit.STATUS] == Status.LOG_FULL
 
 
 @pytest.mark.parametrize("law", [(15.0, 15.0), (30.0, 38.0), (30.0, 38.0, 0.3, 12.0, 0.2)])
 @pytest.mark.parametrize("start", [(0.004, 0.03), (0.0, 0.0), (-0.003, -0.2)])
-def test_slopes_of_the_period_map_are_those_of_its_neighbours(
-    kernel: SimpleNamespace, law: tuple[float, ...], start: tuple[float, float]
-) -> None:
+def test_slopes_of_the_period_map_are_those_of_its_neighbours(kernel, law, start):
     plant, law = kernel.model.Plant(*PAPER), kernel.model.CoulombLaw(*law)
     waves, log = waves_of(kernel, [(1.0, 1.1, 0.4), (0.9, 2.2, 1.0)], law), log_of(kernel)
     period, rate, h = 1 / 1.1, 10.0, 1e-7

@@ -11,9 +11,6 @@ import numpy as np
 import pytest
 from scenes import march
 
-# The flow against arbitrary precision, in every damping regime.
-
-
 REGIMES = {
     "light": (0.5, 100.0),
     "paper": (500 / 75, 100.0),
@@ -51,9 +48,7 @@ def reference(c: float, w: float, omega: float, s: float) -> list[mp.mpf]:
 
 @pytest.mark.parametrize("regime", REGIMES)
 @pytest.mark.parametrize("s", LENGTHS)
-def test_flow_and_wave_are_right_to_rounding_in_every_regime(
-    kernel: SimpleNamespace, regime: str, s: float
-) -> None:
+def test_flow_and_wave_are_right_to_rounding_in_every_regime(kernel, regime, s):
     c, w = REGIMES[regime]
     if (c + math.sqrt(w)) * s > 2e3:
         pytest.skip("the reference itself would take minutes")
@@ -84,9 +79,7 @@ def derivative_of_exponential(A: mp.matrix, E: mp.matrix) -> mp.matrix:
 
 @pytest.mark.parametrize("regime", REGIMES)
 @pytest.mark.parametrize("s", LENGTHS)
-def test_derivatives_of_flow_and_wave_are_right_in_every_regime(
-    kernel: SimpleNamespace, regime: str, s: float
-) -> None:
+def test_derivatives_of_flow_and_wave_are_right_in_every_regime(kernel, regime, s):
     c, w = REGIMES[regime]
     if (c + math.sqrt(w)) * s > 300.0:
         pytest.skip("the reference itself would take minutes")
@@ -122,7 +115,7 @@ def reference_derivatives(c: float, w: float, omega: float, s: float) -> list[mp
     return expected
 
 
-def test_doubling_a_stretch_is_two_stretches(kernel: SimpleNamespace) -> None:
+def test_doubling_a_stretch_is_two_stretches(kernel):
     c, w, s = 6.7, 100.0, 0.37
     y, y_d, Y, _ = kernel.oscillator.flow(c, w, s)
     y_2, y_d_2, _, _ = kernel.oscillator.flow(c, w, 2 * s)
@@ -132,9 +125,7 @@ def test_doubling_a_stretch_is_two_stretches(kernel: SimpleNamespace) -> None:
 
 @pytest.mark.parametrize("c", [1e3, 1e5, 1e10, 1e15])
 @pytest.mark.parametrize("w", [1e-10, 100.0, 1e8])
-def test_flow_keeps_its_digits_however_strong_the_damper(
-    kernel: SimpleNamespace, c: float, w: float
-) -> None:
+def test_flow_keeps_its_digits_however_strong_the_damper(kernel, c, w):
     # Each doubling had doubled the rounding of y: at c = 1e15 not a digit was left after 1 s.
     if 0.25 * c * c < w:
         pytest.skip("no strong damper")
@@ -151,9 +142,7 @@ def test_flow_keeps_its_digits_however_strong_the_damper(
 
 
 @pytest.mark.parametrize("turns", [1e2, 1e4, 1e6])
-def test_long_slide_without_spring_and_damper_keeps_its_digits(
-    kernel: SimpleNamespace, turns: float
-) -> None:
+def test_long_slide_without_spring_and_damper_keeps_its_digits(kernel, turns):
     omega, s = 10.0, turns / 10.0
     found = kernel.oscillator.sine_response(
         0.0, 0.0, omega, s, *kernel.oscillator.flow(0.0, 0.0, s)[:2]
@@ -184,9 +173,7 @@ def flown(
     ("c", "w"),
     [(0.0, 100.0), (6.7, 100.0), (20.0, 100.0), (900.0, 100.0), (0.0, 0.0), (9.0, 0.0)],
 )
-def test_short_way_and_long_way_are_one(
-    kernel: SimpleNamespace, c: float, w: float, radians: float
-) -> None:
+def test_short_way_and_long_way_are_one(kernel, c, w, radians):
     rng = np.random.Generator(np.random.PCG64(5))
     h = radians / (c + math.sqrt(w)) if c + w else 1.0
     steps = kernel.oscillator.discretise_slip(c, w, h)
@@ -212,14 +199,14 @@ def test_short_way_and_long_way_are_one(
     assert stops > 50
 
 
-def test_graze_is_left_to_the_long_way(kernel: SimpleNamespace) -> None:
+def test_graze_is_left_to_the_long_way(kernel):
     # v = (s - 1)² touches zero and does not cross it: Newton on a series has no slope to go by.
     q = (1.0, -2.0, 1.0, *[0.0] * 9)
     assert kernel.oscillator.chebyshev_stop(q, 1.0)[0] == -1.0
     assert kernel.roots.locate_stop(0.0, 0.0, 1.0, -2.0, 2.0, 3.0) == pytest.approx(1.0)
 
 
-def test_series_is_the_flow_to_the_last_digit(kernel: SimpleNamespace) -> None:
+def test_series_is_the_flow_to_the_last_digit(kernel):
     c, w, s = 6.7, 100.0, 3.5e-3
     y, y_d, Y, YY = kernel.oscillator.flow(c, w, s)
     factors = kernel.oscillator.series_factors(c, w)
@@ -237,7 +224,7 @@ def test_series_is_the_flow_to_the_last_digit(kernel: SimpleNamespace) -> None:
         )
 
 
-def test_damped_series_has_every_digit_at_its_greatest_length(kernel: SimpleNamespace) -> None:
+def test_damped_series_has_every_digit_at_its_greatest_length(kernel):
     c, s = 200.0, 1e-3
     factors = kernel.oscillator.series_factors(c, 0.0)
     q = kernel.oscillator.velocity_series(factors, 0.0, 1.0, -c)
@@ -284,9 +271,7 @@ def starts(
 
 @pytest.mark.parametrize("xi", [0.0, 0.03, 0.33, 1.0, 3.0])
 @pytest.mark.parametrize("radians", [0.2, 0.6, 2.9, 3.1, 20.0, 150.0, 400.0])
-def test_first_stop_of_a_long_step_is_that_of_a_scan(
-    fast: SimpleNamespace, xi: float, radians: float
-) -> None:
+def test_first_stop_of_a_long_step_is_that_of_a_scan(fast, xi, radians):
     c, w, h = 2.0 * xi * OMEGA, OMEGA**2, radians / OMEGA
     steps = fast.oscillator.discretise_slip(c, w, h)
     stops = 0
@@ -306,7 +291,7 @@ def test_first_stop_of_a_long_step_is_that_of_a_scan(
 
 
 @pytest.mark.parametrize("xi", [0.0, 0.03, 0.33, 1.0, 3.0])
-def test_mass_of_too_little_energy_never_stops(kernel: SimpleNamespace, xi: float) -> None:
+def test_mass_of_too_little_energy_never_stops(kernel, xi):
     c, w, s = 2.0 * xi * OMEGA, OMEGA**2, np.linspace(0.0, 12.0 / OMEGA, 200)
     told = {True: 0, False: 0}
     for start in starts(5, 60):
@@ -319,7 +304,7 @@ def test_mass_of_too_little_energy_never_stops(kernel: SimpleNamespace, xi: floa
     assert min(told.values()) > 5
 
 
-def test_stop_of_a_creep_after_very_many_decays_is_found(kernel: SimpleNamespace) -> None:
+def test_stop_of_a_creep_after_very_many_decays_is_found(kernel):
     # What a strong damper leaves falls as exp(-w s/c) from 1 towards -1/2.
     c, w, h = 1000.0, 1.0, 2000.0
     steps = kernel.oscillator.discretise_slip(c, w, h)
@@ -378,9 +363,7 @@ def brute_force(
 @pytest.mark.parametrize(
     ("xi", "F"), [(0.33, (0.2, 0.24)), (0.05, (0.3, 0.4)), (1.5, (0.1, 0.1))]
 )
-def test_events_of_long_steps_are_those_of_a_brute_force(
-    fast: SimpleNamespace, xi: float, F: tuple[float, float], radians: float
-) -> None:
+def test_events_of_long_steps_are_those_of_a_brute_force(fast, xi, F, radians):
     dt = radians / OMEGA
     plant = (1.0, OMEGA**2, 2.0 * xi * OMEGA)
     rough = np.random.Generator(np.random.PCG64(2)).normal(size=40)
@@ -393,9 +376,7 @@ def test_events_of_long_steps_are_those_of_a_brute_force(
 
 
 @pytest.mark.parametrize("radians", [0.6, 3.0, 20.0, 400.0])
-def test_mirrored_motion_in_long_steps_gives_the_mirrored_answer_bit_for_bit(
-    kernel: SimpleNamespace, radians: float
-) -> None:
+def test_mirrored_motion_in_long_steps_gives_the_mirrored_answer_bit_for_bit(kernel, radians):
     plant, dt = (1.0, OMEGA**2, 0.1 * OMEGA), radians / OMEGA
     u_dd = np.random.Generator(np.random.PCG64(6)).normal(size=60)
     one = march(kernel, u_dd, dt, (0.3, 0.4), plant, (0.01, -0.2))

@@ -10,9 +10,6 @@ import pytest
 
 from drysim.core.roots import NEVER
 
-# When a blend of motion and normal force vanishes: against a fine march along the stretch.
-
-
 LENGTH, FINE = 0.4, 800
 
 
@@ -148,7 +145,7 @@ def first_zero_by_scan(
         (2.0, 4e6),
     ],
 )
-def test_stop_agrees_with_a_fine_scan(plain: SimpleNamespace, c: float, w: float) -> None:
+def test_stop_agrees_with_a_fine_scan(plain, c, w):
     rng = np.random.Generator(np.random.PCG64(7))
     h = 20.0 / (1.0 + math.sqrt(w) + c)
     for _ in range(4):
@@ -158,14 +155,14 @@ def test_stop_agrees_with_a_fine_scan(plain: SimpleNamespace, c: float, w: float
         assert (found == scanned == math.inf) or abs(found - scanned) <= h / 20_000
 
 
-def test_dip_below_zero_between_two_positive_ends_is_a_stop(kernel: SimpleNamespace) -> None:
+def test_dip_below_zero_between_two_positive_ends_is_a_stop(kernel):
     # v = 1 - 3 s + 2 s² without spring and damper: positive at both ends of [0, 2].
     assert kernel.roots.locate_stop(0.0, 0.0, 1.0, -3.0, 4.0, 2.0) == pytest.approx(
         0.5, rel=1e-15
     )
 
 
-def test_near_miss_is_not_a_stop_and_a_touch_is(kernel: SimpleNamespace) -> None:
+def test_near_miss_is_not_a_stop_and_a_touch_is(kernel):
     # v = d² + (s - 1)²: the least speed is d².
     assert kernel.roots.locate_stop(0.0, 0.0, 1.0 + 1e-12, -2.0, 2.0, 3.0) == math.inf
     assert kernel.roots.locate_stop(0.0, 0.0, 1.0, -2.0, 2.0, 3.0) == pytest.approx(
@@ -173,12 +170,12 @@ def test_near_miss_is_not_a_stop_and_a_touch_is(kernel: SimpleNamespace) -> None
     )
 
 
-def test_start_at_rest_that_accelerates_is_not_a_stop_at_zero(kernel: SimpleNamespace) -> None:
+def test_start_at_rest_that_accelerates_is_not_a_stop_at_zero(kernel):
     assert kernel.roots.locate_stop(0.0, 0.0, 0.0, 0.0, 1.0, 5.0) == math.inf
     assert kernel.roots.locate_stop(0.0, 0.0, 0.0, 1.0, -1.0, 5.0) == pytest.approx(2.0)
 
 
-def test_swing_that_starts_at_its_top_is_followed_down(kernel: SimpleNamespace) -> None:
+def test_swing_that_starts_at_its_top_is_followed_down(kernel):
     w = (2 * math.pi) ** 2
     v, a, j = 3.0, 0.0, -w
     found = kernel.roots.locate_stop(0.0, w, v, a, j + w * v, 40.0)
@@ -189,9 +186,7 @@ def test_swing_that_starts_at_its_top_is_followed_down(kernel: SimpleNamespace) 
 
 
 @pytest.mark.parametrize("square", [-1.0, -1e-12, 0.0, 1e-12, 1.0])
-def test_first_extremum_is_smooth_through_critical_damping(
-    kernel: SimpleNamespace, square: float
-) -> None:
+def test_first_extremum_is_smooth_through_critical_damping(kernel, square):
     c = 20.0
     w = 0.25 * c * c + square
     s = kernel.roots.first_extremum(c, w, -1.0, 30.0)
@@ -199,9 +194,7 @@ def test_first_extremum_is_smooth_through_critical_damping(
     assert -1.0 * (y_d + c * y) + 30.0 * y == pytest.approx(0.0, abs=1e-15)
 
 
-def test_velocity_a_rounding_below_zero_is_not_taken_for_one_that_never_stops(
-    kernel: SimpleNamespace,
-) -> None:
+def test_velocity_a_rounding_below_zero_is_not_taken_for_one_that_never_stops(kernel):
     assert kernel.roots.locate_stop(0.1, 1.0, -1e-18, 1e-10, -1.0, 1e-2) <= 1e-9
 
 
@@ -209,9 +202,7 @@ def test_velocity_a_rounding_below_zero_is_not_taken_for_one_that_never_stops(
 
 
 @pytest.mark.parametrize("guess", [3.0, 9.0, -7.0, math.inf, math.nan])
-def test_guess_that_is_not_between_the_bounds_gives_way_to_their_middle(
-    plain: SimpleNamespace, guess: float
-) -> None:
+def test_guess_that_is_not_between_the_bounds_gives_way_to_their_middle(plain, guess):
     def improved(at: float) -> tuple[float, float, float, bool]:
         # From 1.5, where the value is above zero, a slope of -1 leads to `at`.
         return plain.roots.safeguarded_newton(1.0, 3.0, 1.5, at - 1.5, -1.0)
@@ -228,15 +219,13 @@ def test_guess_that_is_not_between_the_bounds_gives_way_to_their_middle(
     ("series", "last", "zeros"),
     [([0.0, 0.0, 1.0, 2.0, 3.0], 2, 2), ([0.0, 0.0, 5.0], 0, 2), ([4.0, 0.0, 5.0], 2, 0)],
 )
-def test_zeros_at_the_beginning_of_a_series_are_divided_out(
-    kernel: SimpleNamespace, series: list[float], last: int, zeros: int
-) -> None:
+def test_zeros_at_the_beginning_of_a_series_are_divided_out(kernel, series, last, zeros):
     c = np.array(series)
     assert kernel.roots.deflate(c, len(series) - 1) == last
     assert c[: last + 1].tolist() == series[zeros:]
 
 
-def test_series_of_zeros_alone_is_told_apart(kernel: SimpleNamespace) -> None:
+def test_series_of_zeros_alone_is_told_apart(kernel):
     assert kernel.roots.deflate(np.zeros(3), 2) < 0
 
 
@@ -250,15 +239,13 @@ def test_series_of_zeros_alone_is_told_apart(kernel: SimpleNamespace) -> None:
     ],
     ids=["line", "parabola", "from zero", "later"],
 )
-def test_first_zero_of_a_polynomial_is_found(
-    kernel: SimpleNamespace, series: list[float], at: float
-) -> None:
+def test_first_zero_of_a_polynomial_is_found(kernel, series, at):
     assert kernel.roots.first_series_root(
         np.array(series), len(series) - 1, 1.0
     ) == pytest.approx(at)
 
 
-def test_zero_nearer_by_many_powers_of_ten_is_come_to(kernel: SimpleNamespace) -> None:
+def test_zero_nearer_by_many_powers_of_ten_is_come_to(kernel):
     # Bristles whose motion had died away to 1e-322 m closed a loop so: a search without end.
     series = np.array([1e-200, 0.0, 0.0, -1.0, 0.2])
     found = kernel.roots.first_series_root(series, 4, 1.0)

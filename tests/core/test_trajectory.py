@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,9 +18,7 @@ from drysim.core import trajectory
     [(0.0, 100.0), (6.7, 100.0), (20.0, 100.0), (90.0, 100.0), (0.0, 0.0), (9.0, 0.0)],
 )
 @pytest.mark.parametrize("radians", [0.05, 0.4, 0.9, 30.0])
-def test_parts_of_a_stretch_have_the_integrals_of_the_whole(
-    kernel: SimpleNamespace, c: float, w: float, radians: float
-) -> None:
+def test_parts_of_a_stretch_have_the_integrals_of_the_whole(kernel, c, w, radians):
     rate = c + math.sqrt(w) if c + w else 1.0
     h, f = radians / rate, 0.3
     plant, law = kernel.model.Plant(1.0, w, c), kernel.model.CoulombLaw(f, f)
@@ -64,9 +61,7 @@ def test_rule_is_that_of_numpy(name, points):
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_both_engines_write_the_same_points_and_no_velocity_at_rest(
-    plain: SimpleNamespace, fast: SimpleNamespace, seed: int
-) -> None:
+def test_both_engines_write_the_same_points_and_no_velocity_at_rest(plain, fast, seed):
     drawn = drawn_trajectory(np.random.default_rng(seed), 150)
     solution = as_arrays(sampled_solution(drawn))
     count, written = len(solution.scene.u_dd), []

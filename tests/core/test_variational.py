@@ -448,7 +448,7 @@ def test_fold_of_one_impact_a_period_is_that_of_the_closed_form():
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_monodromy_from_events_under_sines_is_that_from_the_segments(seed: int) -> None:
+def test_monodromy_from_events_under_sines_is_that_from_the_segments(seed):
     draw = np.random.default_rng(seed)
     plant = Plant(10.0, float(draw.uniform(100.0, 1500.0)), float(draw.choice([0.0, 30.0])))
     F, swing = float(draw.uniform(2.0, 8.0)), float(draw.choice([0.0, 0.4]))
