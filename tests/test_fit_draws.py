@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import random
+import shutil
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +16,10 @@ from twin import fit_text, fit_twin, keys, write_twin
 
 import drysim
 from drysim.parallel import WorkerPool
+from drysim.scenario.axes import iter_points
+from drysim.scenario.load import load
 from drysim.study import fit_draws
+from drysim.study.cluster import Payload, open_plan
 from drysim.study.fit_draws import Draws, draw, draws_warnings
 from drysim.study.fit_law import LawFit, Steps, fit_law, ignore_progress, profiles_of
 from drysim.study.fit_model import build_model, fitted_end
@@ -154,6 +160,164 @@ def test_further_rounds_reach_a_likelihood_that_the_covariance_misses(linear):
     wanted = linear.first.scale * np.sqrt(np.diag(linear.solution.covariance))
     assert draws.effective > fit_draws.DRAWS
     assert draws.values.std(axis=0) == pytest.approx(wanted, rel=0.1)
+
+
+# Draws as cases of a sweep and conditions of a design
+
+SINE = "excitation: {kind: harmonic, frequency: 1.6 Hz, rms: 0.9}\n"
+SCENE = SEAT + friction("kinetic: 20, static_ratio: 1.5") + SINE
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory) -> tuple[drysim.FitResult, Path]:
+    """Return the fit of a short record, and the folder with its result in out/fit."""
+    folder = tmp_path_factory.mktemp("fitted")
+    truth = SEAT + friction("kinetic: 20, static_ratio: 1.5")
+    write_twin(folder, truth, noise={"x_dd": 0.02}, seconds=2.0)
+    result = fit_twin(folder, MASS + COULOMB, keys(*FOUR))
+    result.save(folder / "out" / "fit", plots=False)
+    return result, folder
+
+
+def loaded(folder: Path, blocks: str, scene: str = SCENE) -> drysim.Scenario:
+    """Return a scenario with further blocks, read from a folder."""
+    (folder / "scene.yaml").write_text(scene + blocks)
+    return drysim.load(folder / "scene.yaml")
+
+
+def test_sample_takes_the_draws_of_a_fit_jointly(fitted):
+    result, folder = fitted
+    scenario = loaded(folder, "sweep: {sample: {from_fit: out/fit}}")
+    wanted = [dict(sorted(point.items())) for point in result.draws.points]
+    assert [dict(sorted(point.items())) for point in iter_points(scenario.sweep)] == wanted
+    table = drysim.sweep(scenario, workers=1)
+    assert [row.F_fk for row in table.rows] == [
+        point["friction.kinetic"] for point in result.draws.points
+    ]
+
+
+def test_draws_go_with_other_keys_and_leave_swept_ones_alone(fitted):
+    result, folder = fitted
+    sample = "kind: latin, count: 8, seed: 1, over: {oscillator.mass: {from: 60, to: 90}}"
+    scenario = loaded(
+        folder,
+        f"sweep: {{oscillator.damping: [100, 200], sample: {{from_fit: out/fit, {sample}}}}}",
+    )
+    points = [*iter_points(scenario.sweep)]
+    assert [point["oscillator.damping"] for point in points] == 8 * [100.0, 200.0]
+    kinetic = [point["friction.kinetic"] for point in result.draws.points[:8]]
+    assert [point["friction.kinetic"] for point in points[::2]] == kinetic
+    assert len({point["oscillator.mass"] for point in points}) == 8
+
+
+def test_result_names_the_draws_and_can_be_computed_again(fitted, drysim, tmp_path):
+    _, folder = fitted
+    shutil.copytree(folder / "out", tmp_path / "out")
+    (tmp_path / "scene.yaml").write_text(
+        SCENE + "sweep: {sample: {from_fit: out/fit, count: 4}}"
+    )
+    done = drysim("sweep", "scene.yaml", "--no-plots")
+    assert done.code == 0, done.err
+    assert "friction.static_ratio" in done.out
+    assert "(4 draws of out/fit)" in done.out
+    stored = tmp_path / "out" / "scene"
+    (used,) = json.loads((stored / "drysim.json").read_text())["inputs"]
+    file = tmp_path / "out" / "fit" / "draws.csv"
+    assert used == {
+        "file": "out/fit/draws.csv",
+        "sha256": sha256(file.read_bytes()).hexdigest(),
+        "size": file.stat().st_size,
+    }
+    again = load(stored / "scenario.yaml")
+    assert [*iter_points(again.sweep)] == [*iter_points(load(tmp_path / "scene.yaml").sweep)]
+
+
+def test_workers_elsewhere_have_the_same_draws(fitted):
+    _, folder = fitted
+    scenario = loaded(folder, "sweep: {sample: {from_fit: out/fit, count: 4}}")
+    (elsewhere,) = open_plan(Payload.of(scenario)).ranges.scenarios
+    assert [*iter_points(elsewhere.sweep)] == [*iter_points(scenario.sweep)]
+
+
+FAULTS = {
+    "nowhere": ("out/nope", "names a folder that does not exist: `out/nope`"),
+    "no result": ("out", "names no result of drysim: out has no drysim.json"),
+    "damaged": ("out/damaged", "names a damaged result: out/damaged/drysim.json; repeat"),
+    "other kind": ("out/run", "names the result of `drysim run`, not of a fit: out/run"),
+    "changed": ("out/changed", "names a fit whose draws.csv was changed: out/changed; repeat"),
+    "missing": ("out/missing", "names a fit whose draws.csv is missing: out/missing; repeat"),
+    "none": ("out/none", "names a fit without draws, out/none: no end, and fit again"),
+    "earlier": ("out/earlier", "names a fit without draws, out/earlier: it has no draws.csv"),
+    "number": ("5", "must be the folder of a fit, such as `out/fit-seat`, not 5"),
+    "many": ("out/fit, count: 300", "is 300, but the fit has 256 draws"),
+    "few": ("out/fit, count: 0", "must be a whole number of at least 1, not 0"),
+    "seed": ("out/fit, count: 4, seed: 1", "sweep.sample.seed requires over"),
+}
+
+
+@pytest.mark.parametrize(("value", "sentence"), FAULTS.values(), ids=FAULTS)
+def test_fit_that_cannot_be_used_is_named_at_its_place(fitted, tmp_path, value, sentence):
+    _, folder = fitted
+    out = tmp_path / "out"
+    marker = json.loads((folder / "out" / "fit" / "drysim.json").read_text())
+    without = {name: digest for name, digest in marker["files"].items() if "draws" not in name}
+    reason = {**marker["fit"], "draws": {"reason": "no end"}}
+    markers = {
+        "fit": marker,
+        "missing": marker,
+        "changed": marker,
+        "run": {"kind": "run"},
+        "none": marker | {"files": without, "fit": reason},
+        "earlier": marker | {"files": without, "fit": {}},
+        "damaged": 5,
+    }
+    for name, fields in markers.items():
+        shutil.copytree(folder / "out" / "fit", out / name)
+        (out / name / "drysim.json").write_text(json.dumps(fields))
+    (out / "missing" / "draws.csv").unlink()
+    with (out / "changed" / "draws.csv").open("a") as file:
+        file.write("1\n")
+    with pytest.raises(drysim.ScenarioError) as caught:
+        loaded(tmp_path, f"sweep: {{sample: {{from_fit: {value}}}}}")
+    (problem,) = caught.value.problems
+    assert sentence in problem.sentence
+    assert problem.line == SCENE.count("\n") + 1
+    assert problem.key.startswith("sweep.sample.")
+
+
+@pytest.mark.parametrize("block", ["sweep: {sample: {%s}}", "design: {%s}"])
+def test_keys_that_a_scenario_lacks_are_named(fitted, block):
+    _, folder = fitted
+    inside = "from_fit: out/fit"
+    if "design" in block:
+        vary = "vary: {oscillator.mass: {from: 60, to: 90}}, minimise: T_a"
+        inside = f"{vary}, over: {{{inside}}}"
+    with pytest.raises(drysim.ScenarioError) as caught:
+        loaded(folder, block % inside, SEAT + SINE)
+    assert [problem.sentence.partition(": ")[2] for problem in caught.value.problems] == [
+        "names a fit of friction.kinetic and friction.static_ratio, which this scenario lacks"
+    ]
+
+
+def test_key_that_excludes_one_of_the_fit_is_named(fitted):
+    _, folder = fitted
+    scene = SCENE.replace("stiffness: 7500", "natural_frequency: 1.6")
+    with pytest.raises(drysim.ScenarioError, match=r"a fit of oscillator\.stiffness: "):
+        loaded(folder, "sweep: {sample: {from_fit: out/fit}}", scene)
+
+
+def test_design_is_judged_under_the_draws_of_a_fit(fitted):
+    result, folder = fitted
+    vary = "vary: {oscillator.damping: {from: 300, to: 900}}, minimise: T_a, evaluations: 4"
+    study = drysim.design(
+        loaded(folder, f"design: {{{vary}, over: {{from_fit: out/fit, count: 3}}}}"), workers=1
+    )
+    kinetic = [point["friction.kinetic"] for point in result.draws.points[:3]]
+    assert [row.F_fk for row in study.several_rows] == kinetic
+    assert len({row.point["oscillator.damping"] for row in study.several_rows}) == 1
+    few = loaded(folder, f"design: {{{vary}, over: {{from_fit: out/fit}}}}").design.conditions
+    assert {len(axis.values) for axis in few.axes} == {16}
+    assert "oscillator.damping" not in {axis.key for axis in few.axes}
 
 
 # Coverage

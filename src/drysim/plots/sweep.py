@@ -327,7 +327,7 @@ def comparison_view(comparison: Comparison) -> View:
         )
         for point in shown
     ]
-    sampled = any(isinstance(axis.values, SampledValues) for axis in table.axes)
+    sampled = any(axis.is_random for axis in table.axes)
     files = swept_files(table.axes, x_key)
     return View(x_key, label, None, panels, len(points) - len(shown), sampled, files)
 
@@ -393,10 +393,10 @@ def abscissa(axes: Sequence[Axis]) -> Axis | None:
 
     The frequency is that of the base, or of a shock response spectrum.
 
-    Files and directions are the x-axis only if nothing else is swept.
+    Files, directions and draws of a fit are the x-axis only if nothing else is swept.
     """
     several = [axis for axis in axes if len(axis.values) > 1] or list(axes)
-    several.sort(key=lambda axis: axis.key in TEXT_KEYS)
+    several.sort(key=lambda axis: (axis.key in TEXT_KEYS, axis.source is not None))
     frequency = [
         a
         for a in several
@@ -917,9 +917,7 @@ def needs_quantiles(table: Table) -> bool:
     x_axis = abscissa(table.axes)
     if x_axis is None or x_axis.key in TEXT_KEYS:
         return False
-    return len(table.rows) > MAX_CACHED_ROWS or any(
-        isinstance(axis.values, SampledValues) for axis in table.axes
-    )
+    return len(table.rows) > MAX_CACHED_ROWS or any(axis.is_random for axis in table.axes)
 
 
 def draw_quantiles(
@@ -1211,13 +1209,12 @@ class Bins:
     def of(cls, axis: Axis) -> Bins:
         """Return a bin for each of few values, else bins of equal width or equal ratio."""
         values = axis.values
+        most = min(MAX_BINS, max(MIN_BINS, isqrt(len(values) // CASES_PER_CELL)))
         if isinstance(values, SampledValues):
-            most = max(MIN_BINS, isqrt(len(values) // CASES_PER_CELL))
-            edges, is_log = _bin_edges(
-                *_distribution_range(values.law),
-                min(MAX_BINS, most),
-                _suits_log_axis(values.law),
-            )
+            ends = _distribution_range(values.law)
+            edges, is_log = _bin_edges(*ends, most, _suits_log_axis(values.law))
+        elif axis.source is not None:
+            edges, is_log = _bin_edges(min(values), max(values), most)
         else:
             ordered = values if isinstance(values, EvenlySpaced) else sorted({*values})
             if len(ordered) <= MAX_SINGLE_VALUES:

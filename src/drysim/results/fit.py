@@ -25,6 +25,7 @@ from drysim.results.tables import (
     quote_cell,
     write_csv,
 )
+from drysim.scenario.draws import DRAWS_FILE
 from drysim.scenario.fit import CHANNEL_UNITS
 from drysim.scenario.text import describe_scene, short_key
 from drysim.study.fit import FitResult, MetricInterval, format_profile_interval, interval_digits
@@ -301,9 +302,6 @@ def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
         result, result.motion, numerics, result.metrics, provenance, fit=fields
     )
 
-
-DRAWS_FILE = "draws.csv"
-"""The draws, which sweeps and designs take."""
 
 FITTED_FILE = "fitted.yaml"
 """The scenario with the values that a fit found."""

@@ -13,6 +13,7 @@ from decimal import Context, Decimal
 from fractions import Fraction
 from functools import cached_property
 from math import inf, lcm, log, prod
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -57,6 +58,9 @@ TEXT_KEYS = (FILE_KEY, DIRECTION_KEY, EXTREME_KEY)
 
 ZIP_KEY, SAMPLE_KEY = "zip", "sample"
 """Keys of the sweep block that contain groups of keys varying together."""
+
+FROM_FIT_KEY = "from_fit"
+"""Key of a sample, and of the conditions of a design, whose value is the folder of a fit."""
 
 SRS_KEY, NATURAL_FREQUENCY_KEY = "srs", "oscillator.natural_frequency"
 """Key of the sweep block for a shock response spectrum, and the key that it varies."""
@@ -115,13 +119,20 @@ class Axis:
     entry: Any = field(default=None, compare=False, repr=False)
     """The values as a scenario file writes them: a list, or from, to and step or count."""
     group: str = ""
-    """Identifier of the zip, sample or `srs` it belongs to; empty for a single axis."""
+    """Identifier of the zip, sample, fit or `srs` it belongs to; empty for a single axis."""
     description: str = field(default="", compare=False, repr=False)
     """Text for the values where their range is not enough, as for distributions."""
     location: KeyPath = field(default=(), compare=False, repr=False)
     """Keys where the file defines the values, if not at `sweep.<key>`."""
     bounds: tuple[float, float] = field(default=(-inf, inf), compare=False, repr=False)
     """Least and greatest value that the key accepts, in SI."""
+    source: Path | None = field(default=None, compare=False, repr=False)
+    """Folder of the fit whose draws the values are, or their table; None for other values."""
+
+    @property
+    def is_random(self) -> bool:
+        """Whether the values have no order, as those of a sample."""
+        return self.group == SAMPLE_KEY or self.source is not None
 
     @property
     def range(self) -> KeyRange:
@@ -227,7 +238,12 @@ def sweep_to_dict(axes: Sequence[Axis]) -> dict[str, Any]:
             block[axis.key] = axis.entry
         elif kind == SAMPLE_KEY:
             head, law = axis.entry
-            block.setdefault(SAMPLE_KEY, {**head, "over": {}})["over"][axis.key] = law
+            sample = block.setdefault(SAMPLE_KEY, {})
+            sample |= head
+            if law is not None:
+                sample.setdefault("over", {})[axis.key] = law
+        elif kind == FROM_FIT_KEY:
+            block |= axis.entry
         elif kind == SRS_KEY:
             block[SRS_KEY] = axis.entry
         elif not which:
@@ -436,18 +452,31 @@ class Draw(Block):
     """Required and optional parameters of each distribution."""
 
 
+SampleKind = Literal["latin", "sobol", "uniform"]
+"""Kinds of random points."""
+
+
 class Sample(Block):
     """Random cases instead of a grid: every case has its own value of every key."""
 
-    kind: Literal["latin", "sobol", "uniform"]
+    kind: SampleKind | None = None
     """Latin hypercube (each layer of each key has one case), Sobol sequence (scrambled; best
-    with a power of two), or independent random values."""
-    count: int
-    """Number of cases, at least 1."""
-    seed: int
-    """Seed of the random numbers, an integer; the same seed gives the same cases."""
-    over: Annotated[dict[str, Any], DottedKeysSchema(Draw)]
+    with a power of two), or independent random values; required with `over`."""
+    count: int | None = None
+    """Number of cases, at least 1; required with `over`, by default all draws of a fit."""
+    seed: int | None = None
+    """Seed of the random numbers, an integer; the same seed gives the same cases; required
+    with `over`."""
+    over: Annotated[dict[str, Any], DottedKeysSchema(Draw)] | None = None
     """Dotted keys of this file, each with its range or distribution."""
+    from_fit: str | None = None
+    """Folder of a `drysim fit`, relative to this file: each case has a joint draw of the fitted
+    values. Keys that are varied elsewhere in the block keep the values given there."""
+
+    any_of: ClassVar[tuple[tuple[str, ...], ...]] = (("over", "from_fit"),)
+    needs: ClassVar[dict[str, str]] = {"kind": "over", "seed": "over"}
+    with_over: ClassVar[tuple[str, ...]] = ("kind", "count", "seed")
+    """Keys that `over` requires."""
 
 
 DIRECTION_DESCRIPTION = (
@@ -480,13 +509,15 @@ class _SweepSchema:
         group = {"type": "object", "minProperties": 2, "patternProperties": {KEY_PATTERN: axis}}
         group |= {"additionalProperties": False}
         groups = {"type": "array", "minItems": 1, "items": group}
+        sample = inline_schema(Sample, handler)
+        sample["dependentRequired"] |= {"over": [*Sample.with_over]}
         zip_schema = {"description": ZIP_DESCRIPTION, "anyOf": [group, groups]}
         return {
             "type": "object",
             "minProperties": 1,
             "properties": {
                 "zip": zip_schema,
-                "sample": inline_schema(Sample, handler),
+                "sample": sample,
                 SRS_KEY: {"description": SRS_DESCRIPTION, **axis},
                 DIRECTION_KEY: {
                     "description": DIRECTION_DESCRIPTION,

@@ -22,6 +22,7 @@ from drysim.metrics.table import METRICS_BY_NAME
 from drysim.scenario.axes import (
     FILE_KEY,
     FILES_DESCRIPTION,
+    FROM_FIT_KEY,
     KEY_PATTERN,
     VALUES_SCHEMA,
     Axis,
@@ -50,6 +51,9 @@ WORST, MEAN = "worst", "mean"
 """How the values under several conditions become one."""
 
 TAKE_KEY = "take"
+
+DRAWS_OF_DESIGN = 16
+"""Number of draws of a fit that are conditions, by default: each design is solved under all."""
 
 
 class VaryRange(Block):
@@ -97,6 +101,16 @@ _OVER_SCHEMA = {
             "the worst (the default) or their mean.",
         },
         FILE_KEY: {"description": FILES_DESCRIPTION, "type": ["array", "string"]},
+        FROM_FIT_KEY: {
+            "description": "Folder of a `drysim fit`, relative to this file: joint draws of "
+            "the fitted values are conditions. A varied key has the value of the design.",
+            "type": "string",
+        },
+        "count": {
+            "description": "Number of these draws; default 16.",
+            "type": "integer",
+            "minimum": 1,
+        },
     },
     "patternProperties": {KEY_PATTERN: {"anyOf": [VALUES_SCHEMA, {"type": "object"}]}},
     "additionalProperties": False,
@@ -178,4 +192,6 @@ class Design(Block):
         """
         if self.within is not None:
             return self.within
-        return (*checks, stroke_limit) if stroke_limit else checks
+        if stroke_limit is None or stroke_limit in checks:
+            return checks
+        return (*checks, stroke_limit)

@@ -8,8 +8,11 @@ from pathlib import Path
 
 from drysim import system
 from drysim.block import Block
+from drysim.core.model import Input
 from drysim.excitation.recorded import Record
-from drysim.scenario.axes import FILE_KEY, SWEEP_KEY
+from drysim.scenario.axes import FILE_KEY, FROM_FIT_KEY, SAMPLE_KEY, SWEEP_KEY, Axis
+from drysim.scenario.design import DESIGN_KEY
+from drysim.scenario.draws import draws_file
 from drysim.scenario.model import Scenario
 from drysim.yaml_document import KeyPath
 
@@ -20,10 +23,33 @@ def named_files(scenario: Scenario) -> Iterator[tuple[KeyPath, Path]]:
     if isinstance(scenario.excitation, Record):
         for i, file in enumerate(swept_files(scenario)):
             yield (SWEEP_KEY, FILE_KEY, i), scenario.excitation.with_file(file).path
+    for axes, path in drawn_axes(scenario):
+        if axes[0].source is not None:
+            yield (*path, FROM_FIT_KEY), draws_file(axes[0].source)
     if scenario.assess is not None:
         measured = scenario.assess.measured
         for i, file in enumerate(measured.more_files):
             yield ("assess", "measured", "more_files", i), measured.of_file(file).path
+
+
+def drawn_axes(scenario: Scenario) -> Iterator[tuple[list[Axis], KeyPath]]:
+    """Yield the axes that are draws of a fit, each group with the path of its block."""
+    conditions = scenario.design.conditions.axes if scenario.design is not None else ()
+    places = ((scenario.sweep, (SWEEP_KEY, SAMPLE_KEY)), (conditions, (DESIGN_KEY, "over")))
+    for axes, path in places:
+        if drawn := [axis for axis in axes if axis.source is not None]:
+            yield drawn, path
+
+
+def drawn_inputs(scenario: Scenario) -> Iterator[Input]:
+    """Yield the tables of draws that a sweep takes."""
+    for axis in scenario.sweep:
+        if axis.source is not None:
+            file = draws_file(axis.source)
+            name = axis.entry[0] if isinstance(axis.entry, tuple) else axis.entry
+            named = "/".join((name[FROM_FIT_KEY], *file.parts[len(axis.source.parts) :]))
+            yield Input(named, system.file_sha256(file), system.file_size(file))
+            return
 
 
 def _named_files(block: Block, keys: KeyPath) -> Iterator[tuple[KeyPath, Path]]:

@@ -33,6 +33,8 @@ from drysim.scenario.assess import Assess, missing_blocks
 from drysim.scenario.axes import (
     DIRECTION_KEY,
     FILE_KEY,
+    FROM_FIT_KEY,
+    SAMPLE_KEY,
     Axis,
     Sweep,
     count_points,
@@ -55,6 +57,7 @@ from drysim.scenario.blocks import (
     validate_approach,
 )
 from drysim.scenario.design import Design
+from drysim.scenario.draws import path_from
 from drysim.scenario.fit import Fit, missing_values, unstated_start, without_value
 from drysim.scenario.keys import block_models, numeric_keys
 from drysim.scenario.laws import (
@@ -65,7 +68,6 @@ from drysim.scenario.laws import (
     law_faults,
 )
 from drysim.scenario.rules import KeyFault
-from drysim.scenario.sampling import SampledValues
 from drysim.scenario.steps import default_step, needs_step, proposed_step, step_required
 from drysim.scenario.validation import validation_faults
 from drysim.scenario.window import (
@@ -438,6 +440,12 @@ class Scenario(FromFile):
                     records = [self.excitation.with_file(file) for file in axis.values]
                     block = values["design"]["over"] if axis in conditions else values["sweep"]
                     block[FILE_KEY] = [record.file_from(relative_to) for record in records]
+        conditions = self.design.conditions.axes if self.design else ()
+        for axis in (*self.sweep, *conditions):
+            if axis.source is not None and relative_to is not None:
+                block = values["design"]["over"] if axis in conditions else values["sweep"]
+                block = block.get(SAMPLE_KEY, block)
+                block[FROM_FIT_KEY] = path_from(axis.source, relative_to)
         if self.friction is not None:
             values["friction"] = _friction_dict(self, self.friction, relative_to)
         for key in (*self.missing_values, *self.unstated_start, *self.missing_blocks):
@@ -773,8 +781,8 @@ def _locate(scenario: Scenario, point: Point, error: InvalidValue) -> Problem:
     axis = next((axis for axis in scenario.sweep if axis.key == key), None)
     keys: KeyPath = tuple(key.split("."))
     if axis is not None:
-        drawn = isinstance(axis.values, SampledValues)
-        i = "" if drawn or point[key] not in axis.values else axis.values.index(point[key])
+        ordered = not axis.is_random and point[key] in axis.values
+        i = axis.values.index(point[key]) if ordered else ""
         keys = (*(axis.location or ("sweep", key)), i)
     where = ", ".join(
         f"{name} = {format_number(value, digits=12)}" for name, value in point.items()

@@ -216,15 +216,19 @@ class Reading:
         """Report missing keys of a block."""
         for name, entry in fields_by_key(model).items():
             if entry.is_required() and name not in values:
-                description = _field_description(model, entry)
-                sentence = f"{spoken_name((*path, name))} is required{description}"
-                self.fault(sentence, (*path, name), at_key=True)
+                self.report_missing(model, name, path)
         for group in (*model.one_of, *model.any_of):
             if not values.keys() & set(group):
                 either = " or ".join((", ".join(group[:-1]), group[-1]))
                 self.fault(
                     f"{spoken_name(path)} needs {either}", (*path, group[0]), at_key=True
                 )
+
+    def report_missing(self, model: Model, name: str, path: KeyPath) -> None:
+        """Add the error of a required key that a block lacks."""
+        description = _field_description(model, fields_by_key(model)[name])
+        sentence = f"{spoken_name((*path, name))} is required{description}"
+        self.fault(sentence, (*path, name), at_key=True)
 
     def _note_clashes(self, model: Model, values: Mapping[str, Any], path: KeyPath) -> None:
         """Report keys of a block that exclude each other."""

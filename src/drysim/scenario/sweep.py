@@ -25,6 +25,7 @@ from drysim.scenario.axes import (
     DIRECTION_KEY,
     DOWN,
     FILE_KEY,
+    FROM_FIT_KEY,
     MAX_AXIS_VALUES,
     MAX_SAMPLE_POINTS,
     NATURAL_FREQUENCY_KEY,
@@ -36,11 +37,13 @@ from drysim.scenario.axes import (
     Axis,
     KeyRange,
     Sample,
+    SampleKind,
     axis_groups,
 )
 from drysim.scenario.blocks import SEED_KEY
 from drysim.scenario.design import (
     DESIGN_KEY,
+    DRAWS_OF_DESIGN,
     MAX_KEYS,
     MEAN,
     TAKE_KEY,
@@ -48,6 +51,7 @@ from drysim.scenario.design import (
     Conditions,
     VaryRange,
 )
+from drysim.scenario.draws import FitDraws, chosen_count, read_draws
 from drysim.scenario.keys import (
     KnownKeys,
     NumericKey,
@@ -71,6 +75,7 @@ from drysim.scenario.values import (
     read_whole_number,
 )
 from drysim.system import relative_path
+from drysim.wording import format_quantity_range, join_words
 from drysim.yaml_document import UNREAD_KEYS, KeyPath
 
 
@@ -111,6 +116,7 @@ def _read_axes(reading: Reading, keys: KnownKeys) -> Any:
         elif key not in (DIRECTION_KEY, UNREAD_KEYS):
             axis = _read_axis(reading, keys, (SWEEP_KEY, key), block)
             axes += [axis] if axis else []
+    reading.values[SWEEP_KEY] |= {axis.key: None for axis in axes if axis.source is not None}
     if block.get(DIRECTION_KEY) is not None:
         with reading.reporting((SWEEP_KEY, DIRECTION_KEY)):
             axes.append(_read_direction(reading, axes, block[DIRECTION_KEY]))
@@ -158,7 +164,7 @@ OTHER_FIRST_KEY = "list a key such as excitation.rms first, or remove direction"
 def _chain_fault(document: Mapping[str, Any], axis: Axis) -> str | None:
     """Return why the cases along an axis cannot follow one another; None if they can."""
     key, stops = axis.key, get_block(get_block(document, "stroke"), "stops")
-    if isinstance(axis.values, SampledValues):
+    if axis.is_random:
         return f"the values of {key}, the first key, are random and have no order"
     if key in (FILE_KEY, SEED_KEY):
         return f"the values of {key}, the first key, have no order"
@@ -240,8 +246,14 @@ def _read_sample(reading: Reading, keys: KnownKeys, value: Any) -> Iterator[Axis
         reading.report_value(f"must be {form}; not {format_value(value)}", path)
         return
     block = reading.block(Sample, value, path)
-    over = block.get("over")
-    if over is None:
+    over, elsewhere = block.get("over"), _varied_keys(reading.values[SWEEP_KEY])
+    if over is None and FROM_FIT_KEY in block:
+        yield from _read_fit(reading, keys, path, block, elsewhere)
+        return
+    missing = [name for name in Sample.with_over if name not in block]
+    for name in missing if over is not None else ():
+        reading.report_missing(Sample, name, path)
+    if over is None or missing:
         return
     if not isinstance(over, Mapping) or not over:
         sentence = "must be keys, each with {from, to} or a distribution"
@@ -256,7 +268,7 @@ def _read_sample(reading: Reading, keys: KnownKeys, value: Any) -> Iterator[Axis
     }
     if count is None or seed is None or "kind" not in block or None in laws.values():
         return
-    if block["kind"] not in get_args(Sample.model_fields["kind"].annotation):
+    if block["kind"] not in get_args(SampleKind):
         sentence = f"must be latin, sobol or uniform, not {format_value(block['kind'])}"
         reading.report_value(sentence, (*path, "kind"))
         return
@@ -275,6 +287,70 @@ def _read_sample(reading: Reading, keys: KnownKeys, value: Any) -> Iterator[Axis
             key, unit, SampledValues(design, k, law), (head, spec), "sample", label,
             (*path, "over", key),
         )  # fmt: skip
+    if FROM_FIT_KEY in block:
+        yield from _read_fit(reading, keys, path, block, elsewhere)
+
+
+def _varied_keys(block: Mapping[str, Any]) -> list[str]:
+    """Return the keys that a sweep block varies itself."""
+    return [key for key in block if "." in key]
+
+
+def _read_fit(
+    reading: Reading,
+    keys: KnownKeys,
+    path: KeyPath,
+    block: Mapping[str, Any],
+    elsewhere: Collection[str],
+    default: int = MAX_AXIS_VALUES,
+) -> Iterator[Axis]:
+    """Yield the axes of the draws of a fit, without the keys that are varied elsewhere.
+
+    `default` is their number if the block states none; default: all of them.
+    """
+    location = (*path, FROM_FIT_KEY)
+    with reading.reporting(location):
+        draws = read_draws(Path(reading.document.file).parent, block[FROM_FIT_KEY])
+        drawn = [key for key in draws.columns if key not in elsewhere]
+        if unknown := [key for key in drawn if keys.get(key) is None]:
+            raise ValueError(f"names a fit of {join_words(unknown)}, which this scenario lacks")
+        for key in drawn:
+            if fault := sweep_fault(reading.values, key, keys, [*elsewhere, *drawn]):
+                raise ValueError(f"names a fit of {key}: {fault}")
+        if not drawn:
+            raise ValueError("names a fit whose keys are all varied elsewhere; remove it")
+        with reading.reporting((*path, "count")):
+            count = chosen_count(block.get("count"), draws, default)
+            for key in drawn:
+                label = f" ({count} draws of {draws.label})" if key == drawn[-1] else ""
+                yield _drawn_axis(keys[key], key, draws, count, location, label)
+
+
+def _drawn_axis(
+    numeral: NumericKey | None,
+    key: str,
+    draws: FitDraws,
+    count: int,
+    location: KeyPath,
+    label: str,
+) -> Axis:
+    """Return the axis of a key of a fit; `label` follows its range in a text."""
+    assert numeral is not None, "keys that are not numeric were reported"
+    values, unit = draws.columns[key][:count], numeral.header
+    ends = format_quantity_range(min(values), max(values), unit)
+    entry: Any = {FROM_FIT_KEY: draws.name, "count": count}
+    group = SAMPLE_KEY if SAMPLE_KEY in location else FROM_FIT_KEY
+    return Axis(
+        key,
+        unit,
+        values,
+        (entry, None) if group == SAMPLE_KEY else entry,
+        group,
+        f"{ends}{label}",
+        location,
+        numeral.bounds,
+        draws.path,
+    )
 
 
 def _read_keys(
@@ -402,7 +478,9 @@ def read_design(reading: Reading) -> dict[str, Any]:
     if isinstance(vary, Mapping) and vary:
         fields["vary"] = _read_vary(reading, keys, (DESIGN_KEY, "vary"), vary)
     if isinstance(over, Mapping) and over.keys() - {TAKE_KEY}:
-        fields["over"] = _read_conditions(reading, keys, (DESIGN_KEY, "over"), over)
+        designed = [*vary] if isinstance(vary, Mapping) else []
+        path = (DESIGN_KEY, "over")
+        fields["over"] = _read_conditions(reading, keys, path, over, designed)
     if len(reading.problems) > before:  # nothing more is said of these blocks
         reading.reported |= {(DESIGN_KEY, "vary"), (DESIGN_KEY, "over")}
     return fields
@@ -432,18 +510,27 @@ def _read_vary(
 
 
 def _read_conditions(
-    reading: Reading, keys: KnownKeys, path: KeyPath, block: Mapping[str, Any]
+    reading: Reading,
+    keys: KnownKeys,
+    path: KeyPath,
+    block: Mapping[str, Any],
+    designed: Collection[str],
 ) -> Conditions:
-    """Return the conditions under which every design is judged."""
+    """Return the conditions under which every design is judged; `designed` are varied keys."""
     take = block.get(TAKE_KEY, WORST)
     if take not in (WORST, MEAN):
         sentence = f"must be {WORST} or {MEAN}, not {format_value(take)}"
         reading.report_value(sentence, (*path, TAKE_KEY))
-    varied = {key: value for key, value in block.items() if key not in (TAKE_KEY, UNREAD_KEYS)}
-    axes = (_read_axis(reading, keys, (*path, key), varied) for key in varied)
-    return Conditions(
-        tuple(replace(axis, location=(*path, axis.key)) for axis in axes if axis), take
-    )
+    options = (TAKE_KEY, UNREAD_KEYS, FROM_FIT_KEY, "count")
+    varied = {key: value for key, value in block.items() if key not in options}
+    axes = [_read_axis(reading, keys, (*path, key), varied) for key in varied]
+    stated = [replace(axis, location=(*path, axis.key)) for axis in axes if axis]
+    if FROM_FIT_KEY in block:
+        elsewhere = [*varied, *designed]
+        stated += _read_fit(reading, keys, path, block, elsewhere, DRAWS_OF_DESIGN)
+    elif "count" in block:
+        reading.report_value(f"requires {FROM_FIT_KEY}", (*path, "count"), at_key=True)
+    return Conditions(tuple(stated), take)
 
 
 def _read_check(reading: Reading, keys: KnownKeys, i: int, text: Any) -> Any:

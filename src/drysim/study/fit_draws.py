@@ -44,6 +44,7 @@ from drysim.study.fit_least_squares import Solution, covariance_of
 from drysim.study.fit_model import is_valid_scene
 from drysim.study.fit_profiles import ParameterProfile
 from drysim.study.run import try_measure
+from drysim.study.statistics import NORMAL_95
 from drysim.wording import join_words
 
 DRAWS = 256
@@ -225,8 +226,9 @@ def open_reason(law_fit: LawFit, profiles: Mapping[int, ParameterProfile]) -> st
 def draw_static(law_fit: LawFit, profile: ParameterProfile, j: int, shares: Floats) -> Floats:
     """Return quantiles of a static limit, whose density follows from its profile.
 
-    The density is that of all samples or that of the selected ones, whichever is larger: it is
-    rather too wide than too narrow, as is the interval.
+    It is that of all samples, or that of the selected ones if this is larger: rather too wide
+    than too narrow, as is the interval. The latter falls like a normal one towards the ends of
+    the interval, and does not fall where there is none.
     """
     solution, ends = law_fit.solution, range_of(law_fit, profile, j)
     least, most = (float(bounds[j]) for bounds in solution.squares.bounds)
@@ -237,11 +239,12 @@ def draw_static(law_fit: LawFit, profile: ParameterProfile, j: int, shares: Floa
     )
     places, rises = np.array(sorted((point.value, point.rise) for point in profile.points)).T
     density = np.exp(-0.5 * np.interp(grid, places, rises - rises.min()))
-    variance = solution.robust_covariance[j, j]
-    if j not in law_fit.undetermined and variance > 0.0:
-        selected = np.exp(-0.5 * (grid - solution.x[j]) ** 2 / variance)
-        density = np.maximum(density, selected)
-    total = np.cumsum(density)
+    distance = np.zeros(GRID)
+    for sign, end in ((-1.0, profile.low), (1.0, profile.high)):
+        beyond = np.maximum(sign * (grid - solution.x[j]), 0.0)
+        if end is not None:
+            distance += NORMAL_95 * beyond / max(sign * (end - solution.x[j]), width / GRID)
+    total = np.cumsum(np.maximum(density, np.exp(-0.5 * distance**2)))
     return np.interp(shares, total / total[-1], grid)
 
 

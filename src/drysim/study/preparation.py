@@ -21,7 +21,7 @@ from drysim.excitation.recorded import Record
 from drysim.messages import shorten
 from drysim.metrics.table import FIT_NAMES
 from drysim.scenario.axes import DIRECTION_KEY, FILE_KEY, SWEEP_KEY, chain_length
-from drysim.scenario.files import files_location, named_files, swept_files
+from drysim.scenario.files import drawn_inputs, files_location, named_files, swept_files
 from drysim.scenario.model import STATIC_RATIO, Scenario, scene_period
 from drysim.scenario.validation import spoken_name
 from drysim.scenario.warnings import extreme_cases, scenario_warnings
@@ -125,7 +125,10 @@ def prepare(
     )
     case = replace(
         case,
-        inputs=tuple(record for _, inputs in sources for record in inputs),
+        inputs=(
+            *(record for _, inputs in sources for record in inputs),
+            *(drawn_inputs(scenario) if swept else ()),
+        ),
         records=records,
     )
     check_spectra(case)
