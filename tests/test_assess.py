@@ -614,6 +614,7 @@ def test_block_without_an_assess_block_is_required_as_before(tmp_path):
         ({"assess.measured.more_files": ["b.csv", "c.csv", "./b.csv"]},
          "names ./b.csv again; each run has its own file"),
         ({"assess.measured.x_dd": "sofa"}, "no column"),
+        ({"assess.measured.unit": "g"}, "in assess.measured; it belongs in x_dd, x_r or u_dd"),
         (
             {"assess.measured.x_dd": 2},  # the floor, which u_dd names
             "assess.measured.x_dd is column 2 (`floor [m/s2]`) of run.csv, and so is "

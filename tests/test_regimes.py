@@ -311,7 +311,8 @@ def test_command_writes_lines_picture_and_report(command, tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [(PAPER, "sweep is required: its two keys are the axes"),
-     (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5}}", "sweep has 1:"),
+     (PAPER + "sweep: {friction.kinetic: {from: 1, to: 9, count: 5}}",
+      "sweep has 1: friction.kinetic; add a second one"),
      (PAPER + "sweep: {friction.kinetic: [1, 2], oscillator.mass: {from: 1, to: 9, count: 5}}",
       "friction.kinetic has a list of values; a map needs a range"),
      (PAPER + "sweep: {solver.step: {from: 1e-3, to: 2e-3, count: 5}, "

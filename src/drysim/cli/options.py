@@ -345,7 +345,7 @@ def overrides(
 
 def sweep_overrides(over: list[str]) -> Iterator[str]:
     """Yield the `--over` arguments as overrides: the first makes the sweep block."""
-    from drysim.scenario.axes import SWEEP_KEY
+    from drysim.scenario.axes import FILE_KEY, SWEEP_KEY
     from drysim.yaml_document import OptionOverride
 
     keys: list[str] = []
@@ -355,6 +355,9 @@ def sweep_overrides(over: list[str]) -> Iterator[str]:
         if not key or not values:
             hint = "write KEY=FROM:TO:STEP or KEY=A,B,..., such as `friction.kinetic=0:100:10`"
             raise UsageError(f"--over {word} names no key with its values", hint)
+        if values == text and key != FILE_KEY and not text.startswith(("{", "[")):
+            hint = f"`--set {key}={text}` sets it; several are FROM:TO:STEP or A,B,..."
+            raise UsageError(f"--over {word} has a single value", hint)
         if key in keys:
             raise UsageError(f"--over names {key} twice", "give all its values at once")
         block = f"{SWEEP_KEY}.{key}={values}" if keys else f"{SWEEP_KEY}={{{key}: {values}}}"

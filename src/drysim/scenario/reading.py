@@ -26,6 +26,7 @@ from drysim.scenario.keys import (
 )
 from drysim.scenario.laws import LAW_KEY, excluded_keys, other_laws_hint
 from drysim.scenario.validation import dotted_name, spoken_name, with_subject
+from drysim.wording import join_words
 from drysim.yaml_document import UNREAD_KEYS, Document, KeyPath
 
 MAX_PROBLEMS = 100
@@ -199,12 +200,16 @@ class Reading:
         """Report an unknown key; return the key meant, if it is not in use."""
         fields = fields_by_key(model)
         nearest = closest_match(key, fields.keys() - block.keys()) or closest_match(key, fields)
-        home = [name for name in blocks_with_key(self.model, key) if (name,) != path[:1]]
         where = f" in {spoken_name(path)}" if path else ""
         if tag := discriminator(model):
             where += f" of {tag[0]} {tag[1]}"
-        if 0 < len(home) < 3:
-            nearest, hint = None, f"; it belongs in {' or '.join(home)}"
+        # In a block within this one, such as the unit of a channel, or else elsewhere.
+        home = [*blocks_with_key(model, key)] if path and not tag else []
+        home = home or [
+            name for name in blocks_with_key(self.model, key) if (name,) != path[:1]
+        ]
+        if 0 < len(home) < 4:
+            nearest, hint = None, f"; it belongs in {join_words(home, 'or')}"
         elif tag and tag[0] == LAW_KEY and (hint := other_laws_hint(key)):
             nearest = None
         else:

@@ -158,7 +158,8 @@ def require_map(scenario: Scenario) -> tuple[tuple[KeyRange, KeyRange], Grid]:
             raise scenario.error(sentence, (SWEEP_KEY, kind))
     if len(sweep) != 2:
         keys = ", ".join(axis.key for axis in sweep)
-        sentence = f"a map has two axes, but {SWEEP_KEY} has {len(sweep)}: {keys}; keep two"
+        remedy = "keep two" if len(sweep) > 2 else "add a second one"
+        sentence = f"a map has two axes, but {SWEEP_KEY} has {len(sweep)}: {keys}; {remedy}"
         raise scenario.error(sentence, SWEEP_KEY)
     axes = read_axis(scenario, sweep[0]), read_axis(scenario, sweep[1])
     counts = (len(axis.values) for axis in sweep)
