@@ -110,7 +110,7 @@ def large(n):
 try:
     print(len(list(parallel.map_in_order(large, range(12), 2))))
 except SolverError as fault:
-    print(fault)
+    print(fault, flush=True)
 os._exit(0)
 """)
     assert said == "a worker process ended early, perhaps for lack of memory\n"
