@@ -52,6 +52,16 @@ def test_public_names_are_these_and_no_others():
     assert drysim.__all__ == NAMES
 
 
+def output_of(program, folder=None, **environment):
+    """Return what a program prints in a process of its own."""
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=folder, env=os.environ | environment,
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_every_public_name_is_there_and_in_dir(name):
     assert getattr(drysim, name) is not None
@@ -71,27 +81,18 @@ def test_every_public_fault_is_a_drysim_error():
 
 @pytest.mark.parametrize(
     "words",
-    [
-        [],
-        ["--help"],
-        ["--version"],
-        ["schema"],
-        ["init", "--list"],
-        ["validate", "seat.yaml"],
-        ["run", "seat.yaml", "--dry-run"],
-    ],
-    ids=" ".join,
-)
+    ["", "--help", "--version", "schema", "init --list", "validate seat.yaml",
+     "run seat.yaml --dry-run"],
+)  # fmt: skip
 def test_light_commands_import_nothing_heavy(words, seat):
+    none = HEAVY + ("numpy",) * words.startswith("--")
     program = (
         "import sys, drysim.cli\n"
-        f"code = drysim.cli.main({words!r})\n"
-        f"print('heavy:', [name for name in {HEAVY!r} if name in sys.modules], code)\n"
+        f"code = drysim.cli.main({words.split()!r})\n"
+        f"print('heavy:', [name for name in {none!r} if name in sys.modules], code)\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=seat.parent, capture_output=True, text=True
-    )
-    assert done.stdout.splitlines()[-1] == f"heavy: [] {0 if words else 2}", done.stderr
+    last = output_of(program, seat.parent).splitlines()[-1]
+    assert last == f"heavy: [] {0 if words else 2}"
 
 
 LATER = (
@@ -115,28 +116,12 @@ def test_modules_of_a_command_load_no_kernel_before_its_engine_is_chosen(part):
         "    importlib.import_module(name)\n"
         "print(len(names) > 1, 'numba' in sys.modules, 'drysim.core.events' in sys.modules)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env=os.environ | {"DRYSIM_ENGINE": "auto"},
-        capture_output=True,
-        text=True,
-    )
-    assert done.stdout == "True False False\n", done.stderr
+    assert output_of(program, DRYSIM_ENGINE="auto") == "True False False\n"
 
 
 def test_importing_drysim_imports_none_of_its_parts():
     program = "import sys, drysim; print([m for m in sys.modules if m.startswith('drysim.')])"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert done.stdout.strip() == "[]"
-
-
-@pytest.mark.parametrize("word", ["--help", "--version"])
-def test_help_needs_no_numbers(word):
-    program = (
-        f"import sys, drysim.cli; drysim.cli.main([{word!r}]); print('numpy' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert done.stdout.splitlines()[-1] == "False", done.stderr
+    assert output_of(program).strip() == "[]"
 
 
 def test_commands_on_a_pipe_load_neither_rich_nor_other_heavy_packages(seat, process):
@@ -156,9 +141,8 @@ def imported_modules(lines):
 def test_picture_of_a_run_loads_neither_pyplot_nor_other_results(seat, process):
     loaded = imported_modules(process("run", "seat.yaml", PYTHONPROFILEIMPORTTIME="1").err)
     assert {"matplotlib.figure", "drysim.plots.style"} <= loaded
-    others = {
-        f"drysim.study.{name}" for name in ("assess", "branches", "design", "fit", "regimes")
-    }
+    studies = ("assess", "branches", "design", "fit", "regimes")
+    others = {f"drysim.study.{name}" for name in studies}
     assert loaded & {"matplotlib.pyplot", *others} == set()
 
 
@@ -173,8 +157,4 @@ def test_picture_of_a_run_loads_neither_pyplot_nor_other_results(seat, process):
 )
 def test_only_a_session_has_the_docstrings_of_matplotlib(work, documented, seat):
     shown = "from matplotlib.lines import Line2D; print('alpha:' in (Line2D.set.__doc__ or ''))"
-    program = f"{work}; {shown}"
-    done = subprocess.run(
-        [sys.executable, "-c", program], cwd=seat.parent, capture_output=True, text=True
-    )
-    assert done.stdout == f"{documented}\n", done.stderr
+    assert output_of(f"{work}; {shown}", seat.parent) == f"{documented}\n"

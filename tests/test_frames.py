@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from seat import EM6_SEAT
 
 import drysim
 from drysim.metrics.table import METRICS
@@ -13,25 +14,15 @@ from drysim.results.frames import texts_of
 from drysim.results.tables import key_column
 from drysim.scenario.axes import FILE_KEY
 
-SEAT = """\
-name: seat
-oscillator: {mass: 75 kg, stiffness: 3500 N/m, damping: 250}
-friction: {law: coulomb, kinetic: 20 N}
-excitation: {kind: standard, class: EM6, duration: 4 s, seed: 1}
-solver: {step: 5 ms}
-measure: {direction: vertical}
-sweep:
-  friction.kinetic: [0, 10, 20]
-  oscillator.damping: [150, 400]
-reference: viscous
-checks: [SEAT < 0.9]
-"""
+BLOCKS = {
+    "excitation.duration": 4, "stroke": None, "reference": "viscous", "checks": ["SEAT < 0.9"],
+    "sweep": {"friction.kinetic": [0, 10, 20], "oscillator.damping": [150, 400]},
+}  # fmt: skip
 
 
 @pytest.fixture
-def table(tmp_path):
-    (tmp_path / "seat.yaml").write_text(SEAT)
-    return drysim.sweep(drysim.load(tmp_path / "seat.yaml"))
+def table(scenario):
+    return drysim.sweep(scenario(EM6_SEAT, BLOCKS))
 
 
 def test_frame_has_one_row_per_case_with_keys_forces_metrics_and_status(table):
@@ -52,10 +43,8 @@ def test_frame_has_one_row_per_case_with_keys_forces_metrics_and_status(table):
             assert np.isnan(line[name]) if value is None else line[name] == value
 
 
-def test_frame_of_means_over_seeds_has_their_half_widths(tmp_path):
-    text = SEAT.replace("seed: 1", "seed: 1, seeds: 3")
-    (tmp_path / "seat.yaml").write_text(text)
-    table = drysim.sweep(drysim.load(tmp_path / "seat.yaml"))
+def test_frame_of_means_over_seeds_has_their_half_widths(scenario):
+    table = drysim.sweep(scenario(EM6_SEAT, BLOCKS | {"excitation.seeds": 3}))
     frame = table.to_frame()
     widths = [row.half_widths["T_a"] for row in table]
     assert frame["T_a_half_width"].tolist() == widths
@@ -69,7 +58,7 @@ def test_texts_of_cells_are_those_that_were_written():
 
 
 def test_results_are_plotted_as_the_commands_draw_them(table, tmp_path):
-    outcome = drysim.run(drysim.load(tmp_path / "seat.yaml"))
+    outcome = drysim.run(drysim.load(tmp_path / "seat.yaml", BLOCKS))
     for result in (table, outcome, drysim.compare(table.scenario, "signum vs stick-slip")):
         figure = drysim.plot(result)
         assert figure.texts[0].get_text() == "seat"
