@@ -225,7 +225,6 @@ def test_scenario_outcome_and_faults_pass_between_processes(seat, method):
         env={**os.environ, "DRYSIM_ENGINE": "plain", "PYTHONPATH": os.pathsep.join(sys.path)},
         capture_output=True,
         text=True,
-        check=False,
         timeout=300,
     )
     assert done.returncode == 0, done.stderr

@@ -211,7 +211,7 @@ def test_loading_needs_no_heavy_library(tmp_path):
         "scenario_warnings(load('seat.yaml'))\n"
         "assert not {'numba', 'scipy', 'pint', 'matplotlib'} & sys.modules.keys()"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=False)
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path)
     assert done.returncode == 0
 
 

@@ -90,7 +90,7 @@ def test_an_import_that_is_interrupted_can_be_repeated(module, scenario, tmp_pat
     if module.startswith("numpy._core"):
         pytest.importorskip("numpy", minversion="2")
     program = [sys.executable, "-c", textwrap.dedent(INTERRUPTED), module]
-    done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = subprocess.run(program, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert [float(line) for line in done.stdout.splitlines()] == [
         drysim.run(scenario).metrics["x_r_peak"]

@@ -77,7 +77,7 @@ def test_settings_that_numba_cannot_read_are_named_with_a_way_out(tmp_path, text
     (tmp_path / ".numba_config.yaml").write_bytes(text.encode(errors="surrogateescape"))
     done = subprocess.run(
         [sys.executable, "-c", "from drysim.core.compile import import_numba; import_numba()"],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
+        cwd=tmp_path, capture_output=True, text=True,
     )  # fmt: skip
     *_, sentence, way_out = done.stderr.splitlines()
     assert "DrysimError: the compiler (numba) cannot be loaded: " in sentence
@@ -204,7 +204,7 @@ def test_first_run_of_a_session_is_plain_and_a_large_job_compiled(tmp_path):
     environment = {key: word for key, word in os.environ.items() if key != "DRYSIM_ENGINE"}
     done = subprocess.run(
         [sys.executable, "-c", SESSION],
-        cwd=tmp_path, env=environment, capture_output=True, text=True, check=False,
+        cwd=tmp_path, env=environment, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
 
@@ -230,11 +230,7 @@ assert known == [fixed_step.regularised_sign], known
 def test_numba_gets_to_know_only_the_kernels_that_a_command_calls():
     environment = {**os.environ, "DRYSIM_ENGINE": "compiled"}
     done = subprocess.run(
-        [sys.executable, "-c", FEW],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
+        [sys.executable, "-c", FEW], env=environment, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
 
