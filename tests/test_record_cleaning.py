@@ -45,7 +45,9 @@ def refused(folder, text, **words):
 
 def rows(t, values, unit="m/s2"):
     """Return a CSV of times and samples; None is an empty cell."""
-    lines = (f"{x!r},{'' if v is None else repr(v)}\n" for x, v in zip(t, values, strict=True))
+    samples = values if isinstance(values, list) else values.tolist()
+    pairs = zip(t.tolist(), samples, strict=True)
+    lines = (f"{x!r},{'' if v is None else repr(v)}\n" for x, v in pairs)
     return f"t [s],a [{unit}]\n" + "".join(lines)
 
 
@@ -67,7 +69,7 @@ def step(motion, name):
 
 
 def test_a_gap_is_a_fault_that_says_how_to_fill_it(tmp_path):
-    said = refused(tmp_path, rows(T.tolist(), holed(WAVE, 70, 71)), time="t")
+    said = refused(tmp_path, rows(T, holed(WAVE, 70, 71)), time="t")
     assert said == (
         "row 72, column 2 (`a [m/s2]`): the cell is empty: the record has a gap; "
         "`gaps: {fill: line, at_most: 50 ms}` fills short ones"
@@ -76,7 +78,7 @@ def test_a_gap_is_a_fault_that_says_how_to_fill_it(tmp_path):
 
 def test_missing_rows_are_counted_and_named(tmp_path):
     kept = np.delete(np.arange(2000), [500, 501, 502, 900])
-    said = refused(tmp_path, rows(T[kept].tolist(), WAVE[kept].tolist()), time="t")
+    said = refused(tmp_path, rows(T[kept], WAVE[kept]), time="t")
     assert said.startswith(
         "row 502, column 2 (`a [m/s2]`): 3 samples are missing before this row: a step of "
         "0.02 s, not 0.005 s (2 gaps in total): the record has a gap; `gaps: {fill: line, "
@@ -89,7 +91,7 @@ def test_missing_rows_are_counted_and_named(tmp_path):
 def test_way_to_fill_a_gap_that_is_proposed_fills_it(tmp_path, samples, step):
     """It had been 50 ms, whatever the length of the gap."""
     kept = np.delete(np.arange(2000), np.arange(300, 300 + samples))
-    text = rows((kept * step).tolist(), WAVE[kept].tolist())
+    text = rows(kept * step, WAVE[kept])
     said = refused(tmp_path, text, time="t")
     word, window = re.search(
         r"`gaps: {fill: line, at_most: (.*)}` fills it, `(window: .*)` leaves it out$", said
@@ -117,10 +119,7 @@ def test_what_is_no_number_is_no_gap(tmp_path, word):
 def test_gap_is_filled_by_a_line_as_asked_for_and_told(tmp_path, way):
     lost = [300, 301, 302, 800]
     kept = np.delete(np.arange(2000), lost)
-    if way == "rows":
-        text = rows(T[kept].tolist(), WAVE[kept].tolist())
-    else:
-        text = rows(T.tolist(), holed(WAVE, *lost))
+    text = rows(T[kept], WAVE[kept]) if way == "rows" else rows(T, holed(WAVE, *lost))
     motion = motion_of(tmp_path, text, time="t", **LINES)
     assert (len(motion.u_dd), motion.dt) == (2000, 1 / RATE)
     assert np.array_equal(motion.u_dd[kept], WAVE[kept])
@@ -141,14 +140,14 @@ def test_gap_is_filled_by_a_line_as_asked_for_and_told(tmp_path, way):
 
 def test_spline_fills_a_smooth_gap_better_than_a_line(tmp_path):
     lost = [300, 301, 302]
-    text = rows(T.tolist(), holed(WAVE, *lost))
+    text = rows(T, holed(WAVE, *lost))
     by_line = motion_of(tmp_path, text, time="t", **LINES).u_dd - WAVE
     by_spline = motion_of(tmp_path, text, time="t", **SPLINES).u_dd - WAVE
     assert np.abs(by_spline).max() < 0.05 * np.abs(by_line).max()
 
 
 def test_gap_longer_than_allowed_stays_a_fault(tmp_path):
-    text = rows(T.tolist(), holed(WAVE, *range(300, 310)))
+    text = rows(T, holed(WAVE, *range(300, 310)))
     said = refused(tmp_path, text, time="t", **LINES)
     assert said == (
         "row 312, column 2 (`a [m/s2]`): 10 samples are missing before this row: a step of "
@@ -161,18 +160,18 @@ def test_gap_longer_than_allowed_stays_a_fault(tmp_path):
 
 @pytest.mark.parametrize("at", [0, -1])
 def test_gap_at_an_end_has_only_one_side(tmp_path, at):
-    said = refused(tmp_path, rows(T.tolist(), holed(WAVE, at)), time="t", **LINES)
+    said = refused(tmp_path, rows(T, holed(WAVE, at)), time="t", **LINES)
     assert "the record begins or ends with a gap; cut it off" in said
 
 
 def test_gaps_allowed_but_not_there_change_nothing(tmp_path):
-    motion = motion_of(tmp_path, rows(T.tolist(), WAVE.tolist()), time="t", **LINES)
+    motion = motion_of(tmp_path, rows(T, WAVE), time="t", **LINES)
     assert np.array_equal(motion.u_dd, WAVE)
     assert dict(motion.realised) == {}
 
 
 def test_many_filled_samples_are_a_warning(tmp_path):
-    text = rows(T.tolist(), holed(WAVE, *range(100, 200, 3)))
+    text = rows(T, holed(WAVE, *range(100, 200, 3)))
     (caution,) = motion_of(tmp_path, text, time="t", **LINES).warnings
     assert caution.slug == "record-filled"
     assert caution.numbers["share"] == pytest.approx(34 / 2000)
@@ -181,7 +180,7 @@ def test_many_filled_samples_are_a_warning(tmp_path):
 
 def test_rms_that_filling_changed_is_named(tmp_path):
     gaps = {"fill": "spline", "at_most": "5 s"}
-    text = rows(T.tolist(), holed(WAVE, *range(600, 1500)))
+    text = rows(T, holed(WAVE, *range(600, 1500)))
     motion = motion_of(tmp_path, text, time="t", gaps=gaps)
     (caution,) = (one for one in motion.warnings if one.slug == "record-filled")
     before, after = np.delete(WAVE, range(600, 1500)).std(), motion.u_dd.std()
@@ -190,7 +189,7 @@ def test_rms_that_filling_changed_is_named(tmp_path):
 
 
 def test_missing_time_is_a_fault_whatever_is_said_of_gaps(tmp_path):
-    text = rows(T.tolist(), WAVE.tolist()).replace("\n0.05,", "\n,")
+    text = rows(T, WAVE).replace("\n0.05,", "\n,")
     assert "column 1 (`t [s]`): the cell is empty" in refused(
         tmp_path, text, time="t", column="a", **LINES
     )
@@ -205,10 +204,7 @@ INSIDE = slice(600, 1201)
 def test_gap_outside_the_window_is_no_fault_and_changes_nothing(tmp_path, way, lost):
     kept = np.delete(np.arange(2000), lost)
     words = {"time": "t", "window": WINDOW}
-    if way == "rows":
-        text = rows(T[kept].tolist(), WAVE[kept].tolist())
-    else:
-        text = rows(T.tolist(), holed(WAVE, *lost))
+    text = rows(T[kept], WAVE[kept]) if way == "rows" else rows(T, holed(WAVE, *lost))
     if way == "column":  # without times
         words = {"rate": RATE, "window": WINDOW}
         cells = (str(np.nan if v is None else v) for v in holed(WAVE, *lost))
@@ -220,7 +216,7 @@ def test_gap_outside_the_window_is_no_fault_and_changes_nothing(tmp_path, way, l
 
 def test_clean_up_acts_on_the_part_between_the_gaps_around_the_window_and_says_so(tmp_path):
     kept = np.delete(np.arange(2000), [*range(200, 300), 800, *range(1500, 1600)])
-    text = rows(T[kept].tolist(), (WAVE + 9.81)[kept].tolist())
+    text = rows(T[kept], (WAVE + 9.81)[kept])
     motion = motion_of(tmp_path, text, time="t", window=WINDOW, remove="mean", **SPLINES)
     level = np.delete(WAVE[300:1500], 500).mean()
     np.testing.assert_allclose(motion.u_dd, WAVE[INSIDE] - level, atol=2e-2)
@@ -233,26 +229,26 @@ def test_clean_up_acts_on_the_part_between_the_gaps_around_the_window_and_says_s
 
 
 def test_share_of_filled_samples_is_that_of_the_window(tmp_path):
-    text = rows(T.tolist(), holed(WAVE, *range(1300, 1500, 3), *range(700, 719, 2)))
+    text = rows(T, holed(WAVE, *range(1300, 1500, 3), *range(700, 719, 2)))
     motion = motion_of(tmp_path, text, time="t", window=WINDOW, **LINES)
     (warning,) = motion.warnings
     assert warning.numbers["share"] == pytest.approx(10 / 601)
     assert step(motion, "gaps")["numbers"]["samples"] == 10
-    text = rows(T.tolist(), holed(WAVE, *range(1300, 1500, 3)))
+    text = rows(T, holed(WAVE, *range(1300, 1500, 3)))
     assert motion_of(tmp_path, text, time="t", window=WINDOW, **LINES).warnings == ()
 
 
 @pytest.mark.parametrize("lost", [range(700, 800), range(580, 601), range(1200, 1220)])
 def test_gap_that_reaches_into_the_window_stays_a_fault(tmp_path, lost):
     kept = np.delete(np.arange(2000), lost)
-    text = rows(T[kept].tolist(), WAVE[kept].tolist())
+    text = rows(T[kept], WAVE[kept])
     said = refused(tmp_path, text, time="t", window=WINDOW, **LINES)
     assert f"{len(lost)} samples are missing before this row" in said
 
 
 @pytest.mark.parametrize("lost", [[0], [0, 1, 2], [1999], [0, 1999]])
 def test_window_that_is_proposed_cuts_off_a_gap_at_an_end(tmp_path, lost):
-    text = rows(T.tolist(), holed(WAVE, *lost))
+    text = rows(T, holed(WAVE, *lost))
     said = refused(tmp_path, text, time="t", **LINES)
     words = yaml.safe_load(re.search(r"cut it off: `(.*)`$", said)[1])
     motion = motion_of(tmp_path, text, time="t", **words)
@@ -272,7 +268,7 @@ def test_pause_of_a_logger_is_called_a_gap_with_remedies_that_work(
     t = T + np.random.default_rng(3).uniform(-jitter, jitter, len(T))
     t[1200:] += pause
     unit = {"acceleration": "m/s2", "displacement": "m"}[quantity]
-    text, words = rows(t.tolist(), WAVE.tolist(), unit), {"time": "t", "quantity": quantity}
+    text, words = rows(t, WAVE, unit), {"time": "t", "quantity": quantity}
     said = refused(tmp_path, text, **words)
     assert "gap" in said
     assert "row 1202" in said or jitter
@@ -294,11 +290,11 @@ def jittered(seed=1):
 
 def test_jitter_is_a_fault_with_its_measured_spread(tmp_path):
     t = jittered()
-    said = refused(tmp_path, rows(t.tolist(), WAVE.tolist()), time="t")
+    said = refused(tmp_path, rows(t, WAVE), time="t")
     steps = np.diff(t)
     assert f"{steps.min():.6g} to {steps.max():.6g} overall" in said
     remedy = re.search(r"`(resample: .*?)` makes them even", said)[1]
-    motion_of(tmp_path, rows(t.tolist(), WAVE.tolist()), time="t", **yaml.safe_load(remedy))
+    motion_of(tmp_path, rows(t, WAVE), time="t", **yaml.safe_load(remedy))
 
 
 @pytest.mark.parametrize(("by", "error"), [("line", 0.02), ("spline", 1e-4)])
@@ -306,7 +302,7 @@ def test_jittered_record_is_resampled_as_asked_for_and_told(tmp_path, by, error)
     t = jittered()
     wave = 2 * np.sin(2 * np.pi * 1.6 * t)
     words = {"time": "t", "resample": {"rate": "400 Hz", "by": by}}
-    motion = motion_of(tmp_path, rows(t.tolist(), wave.tolist()), **words)
+    motion = motion_of(tmp_path, rows(t, wave), **words)
     even = t[0] + np.arange(len(motion.u_dd)) / 400
     assert motion.dt == 1 / 400
     assert t[-1] - even[-1] < 1 / 400
@@ -322,16 +318,16 @@ def test_jittered_record_is_resampled_as_asked_for_and_told(tmp_path, by, error)
 def test_jittered_record_keeps_the_rate_that_it_was_sampled_with(tmp_path, seed):
     t = jittered(seed)
     words = {"time": "t", "resample": {"rate": RATE, "by": "line"}}
-    motion = motion_of(tmp_path, rows(t.tolist(), WAVE.tolist()), **words)
+    motion = motion_of(tmp_path, rows(t, WAVE), **words)
     assert motion.dt == 1 / RATE
     slower = {"time": "t", "resample": {"rate": 0.95 * RATE, "by": "line"}}
-    assert "aliases frequencies" in refused(tmp_path, rows(t.tolist(), WAVE.tolist()), **slower)
+    assert "aliases frequencies" in refused(tmp_path, rows(t, WAVE), **slower)
 
 
 def test_hole_among_uneven_times_is_a_gap_and_no_jitter(tmp_path):
     t, kept = jittered(), np.delete(np.arange(2000), [500, 501, 502])
     wave = 2 * np.sin(2 * np.pi * 1.6 * t[kept]) + 0.5 * np.sin(2 * np.pi * 7 * t[kept])
-    text, words = rows(t[kept].tolist(), wave.tolist()), {"time": "t"}
+    text, words = rows(t[kept], wave), {"time": "t"}
     words["resample"] = {"step": "5 ms", "by": "spline"}
     assert "samples are missing before this row" in refused(tmp_path, text, **words)
     motion = motion_of(tmp_path, text, **words, **SPLINES)
@@ -344,7 +340,7 @@ def test_hole_among_uneven_times_is_a_gap_and_no_jitter(tmp_path):
 def test_finer_grid_by_lines_is_the_same_motion(tmp_path):
     from drysim.core.model import integrate_base_squares
 
-    text = rows(T.tolist(), WAVE.tolist())
+    text = rows(T, WAVE)
     coarse = motion_of(tmp_path, text, time="t")
     fine = motion_of(tmp_path, text, time="t", resample={"rate": 800, "by": "line"})
     np.testing.assert_allclose(fine.u_dd[::4], coarse.u_dd, atol=1e-12)
@@ -354,7 +350,7 @@ def test_finer_grid_by_lines_is_the_same_motion(tmp_path):
 
 
 def test_loss_of_rate_asks_for_a_low_pass_and_names_one_that_does(tmp_path):
-    text, words = rows(T.tolist(), WAVE.tolist()), {"time": "t"}
+    text, words = rows(T, WAVE), {"time": "t"}
     words["resample"] = {"rate": 50, "by": "line"}
     said = refused(tmp_path, text, **words)
     assert said == (
@@ -368,7 +364,7 @@ def test_loss_of_rate_asks_for_a_low_pass_and_names_one_that_does(tmp_path):
 
 def test_what_would_fold_is_gone_before_samples_are_left_out(tmp_path):
     hum = np.sin(2 * np.pi * 48 * T)  # would be 2 Hz at 50 Hz
-    text = rows(T.tolist(), (WAVE + hum).tolist())
+    text = rows(T, WAVE + hum)
     words = {"time": "t", "remove": {"above": 18, "order": 5}}
     motion = motion_of(tmp_path, text, **words, resample={"rate": 50, "by": "line"})
     middle = slice(50, -50)
@@ -378,7 +374,7 @@ def test_what_would_fold_is_gone_before_samples_are_left_out(tmp_path):
 def test_resampling_that_costs_level_is_a_warning(tmp_path):
     noise = np.random.default_rng(2).normal(size=len(T))
     words = {"time": "t", "resample": {"rate": 210, "by": "line"}}
-    caution, _ = motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).warnings
+    caution, _ = motion_of(tmp_path, rows(T, noise), **words).warnings
     assert caution.slug == "record-lost"
     assert "`by: spline` loses less; a low-pass, `remove: {above: 30 Hz}`" in caution.sentence
     assert caution.numbers["rms_after"] < 0.9 * caution.numbers["rms_before"]
@@ -387,15 +383,13 @@ def test_resampling_that_costs_level_is_a_warning(tmp_path):
 def test_resampling_that_costs_level_is_a_warning_whatever_the_mean(tmp_path):
     noise = np.random.default_rng(2).normal(size=len(T)) + 9.81
     words = {"time": "t", "resample": {"rate": 210, "by": "line"}, "remove": "mean"}
-    slugs = [
-        c.slug for c in motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).warnings
-    ]
-    assert slugs == ["record-lost", "record-interpolated"]
+    warnings = motion_of(tmp_path, rows(T, noise), **words).warnings
+    assert [one.slug for one in warnings] == ["record-lost", "record-interpolated"]
 
 
 @pytest.mark.parametrize("level", [9.7, 0.1])
 def test_resampling_of_constant_samples_is_no_warning(tmp_path, level):
-    text = rows(T.tolist(), [level] * len(T))
+    text = rows(T, [level] * len(T))
     resample = {"resample": {"rate": 260, "by": "spline"}, "gravity": "keep"}
     motion = motion_of(tmp_path, text, time="t", **resample)
     assert [warning.slug for warning in motion.warnings] == []
@@ -405,16 +399,16 @@ def test_level_that_a_low_pass_takes_is_not_held_against_the_resampling(tmp_path
     noise = np.random.default_rng(2).normal(size=len(T))
     noise -= noise.mean()
     words = {"time": "t", "resample": {"rate": 1600, "by": "spline"}}
-    (caution,) = motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).warnings
+    (caution,) = motion_of(tmp_path, rows(T, noise), **words).warnings
     assert caution.sentence.endswith(
         "a low-pass, `remove: {above: 30 Hz}` or lower, removes the high frequencies"
     )
     words["remove"] = {"above": 30}
-    assert motion_of(tmp_path, rows(T.tolist(), noise.tolist()), **words).warnings == ()
+    assert motion_of(tmp_path, rows(T, noise), **words).warnings == ()
 
 
 def test_clean_up_tells_the_rms_about_the_mean_and_the_mean(tmp_path):
-    text = rows(T.tolist(), (9.81 + WAVE).tolist())
+    text = rows(T, 9.81 + WAVE)
     motion = motion_of(tmp_path, text, time="t", remove="mean")
     assert describe_clean_up(motion)[0].endswith(
         "; RMS about the mean 1.458 before, 1.458 m/s² after; mean 9.81 before, 0 m/s² after"
@@ -531,13 +525,13 @@ def test_few_samples_are_corners_of_a_motion_on_lines(tmp_path):
 
 def test_rate_that_no_memory_holds_is_refused(tmp_path):
     words = {"time": "t", "resample": {"rate": "1e15 Hz", "by": "line"}}
-    said = refused(tmp_path, rows(T.tolist(), WAVE.tolist()), **words)
+    said = refused(tmp_path, rows(T, WAVE), **words)
     assert "GB of memory, this machine has" in said
 
 
 def test_window_counts_on_the_times_of_the_record_after_resampling(tmp_path):
     words = {"time": "t", "resample": {"rate": 400, "by": "line"}, "window": {"from": 5}}
-    motion = motion_of(tmp_path, rows((T + 2).tolist(), WAVE.tolist()), **words)
+    motion = motion_of(tmp_path, rows(T + 2, WAVE), **words)
     np.testing.assert_allclose(motion.u_dd[::2], WAVE[600:], atol=1e-11)
 
 
@@ -554,7 +548,7 @@ def test_displacement_is_never_put_on_lines(words):
 
 def test_band_is_removed_on_both_sides_and_told(tmp_path):
     slow, mid, fast = (np.sin(2 * np.pi * f * T) for f in (0.2, 4, 60))
-    text = rows(T.tolist(), (3 + slow + mid + fast).tolist())
+    text = rows(T, 3 + slow + mid + fast)
     words = {"trend": "mean", "below": "1 Hz", "above": "20 Hz", "order": 4}
     motion = motion_of(tmp_path, text, time="t", remove=words)
     middle = slice(400, -400)
@@ -571,7 +565,7 @@ def test_low_pass_halves_its_own_frequency_and_falls_as_its_order_says(tmp_path,
 
     for frequency in (10.0, 20.0):
         wave = np.sin(2 * np.pi * frequency * T)
-        text = rows(T.tolist(), wave.tolist())
+        text = rows(T, wave)
         motion = motion_of(tmp_path, text, time="t", remove={"above": 10, "order": order})
         middle = slice(600, -600)
         left = np.abs(motion.u_dd[middle]).max() / np.abs(wave[middle]).max()
@@ -585,7 +579,7 @@ def test_displacement_is_known_above_a_stated_high_pass_only(tmp_path):
     factors = (2 * np.pi * 1.6) ** 2, (2 * np.pi * 7) ** 2
     u_dd = -1e-2 * factors[0] * np.sin(2 * np.pi * 1.6 * T)
     u_dd -= 2e-3 * factors[1] * np.sin(2 * np.pi * 7 * T)
-    text = rows(T.tolist(), (u_dd + 0.3).tolist())
+    text = rows(T, u_dd + 0.3)
     assert motion_of(tmp_path, text, time="t", remove="mean").u is None
     assert motion_of(tmp_path, text, time="t", remove={"above": 50}).u is None
     motion = motion_of(tmp_path, text, time="t", remove={"below": 0.2})
@@ -602,7 +596,7 @@ def seat_test(seed, rms_of_slow=0.0):
     G = 2.82 / ((1 + (1.5 / f) ** 8) * (1 + (f / 2.5) ** 8)) + rms_of_slow**2
     waves = np.sin(2 * np.pi * np.outer(t, f) + random.uniform(0, 2 * np.pi, len(f)))
     u_dd = waves @ np.sqrt(G / 60)
-    return rows(t.tolist(), u_dd.tolist()), -(waves @ (np.sqrt(G / 60) / (2 * np.pi * f) ** 2))
+    return rows(t, u_dd), -(waves @ (np.sqrt(G / 60) / (2 * np.pi * f) ** 2))
 
 
 BAND = {"time": "t", "remove": {"below": 0.2, "order": 4}}
@@ -652,7 +646,7 @@ def test_window_without_the_ends_has_a_displacement_without_a_warning(tmp_path):
 
 def test_displacement_of_a_velocity_record_is_on_its_own_grid(tmp_path):
     v = np.cos(2 * np.pi * 1.6 * T)
-    text = rows(T.tolist(), v.tolist(), "m/s")
+    text = rows(T, v, "m/s")
     words = {"time": "t", "quantity": "velocity", "remove": {"below": 0.2}}
     motion = motion_of(tmp_path, text, **words, window={"from": 2, "to": 8})
     assert len(motion.u) == len(motion.u_dd) == 2401
@@ -708,7 +702,7 @@ def test_record_without_a_high_pass_is_solved_once(tmp_path, monkeypatch):
     from drysim.study import run as one_case
 
     monkeypatch.setattr(one_case, "measure_case", lambda _: pytest.fail("solved twice"))
-    (tmp_path / "r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
+    (tmp_path / "r.csv").write_text(rows(T, WAVE))
     (tmp_path / "r.yaml").write_text(SCENE + "  remove: {trend: mean, above: 30 Hz}\n")
     assert run(load(tmp_path / "r.yaml")).warnings == ()
 
@@ -734,7 +728,7 @@ excitation:
 
 
 def test_clean_up_is_in_summary_sidecar_validate_and_dry_run(tmp_path, drysim):
-    (tmp_path / "r.csv").write_text(rows(T.tolist(), holed(WAVE, 70)))
+    (tmp_path / "r.csv").write_text(rows(T, holed(WAVE, 70)))
     (tmp_path / "r.yaml").write_text(SCENE + "  gaps: {fill: line, at_most: 10 ms}\n")
     words = (
         "1 gap (1 sample) filled by linear interpolation, the longest of 0.01 s; "
@@ -757,7 +751,7 @@ def test_clean_up_is_in_summary_sidecar_validate_and_dry_run(tmp_path, drysim):
 
 
 def test_validate_dry_run_and_run_tell_one_rms_and_which_it_is(tmp_path, drysim):
-    (tmp_path / "r.csv").write_text(rows(T.tolist(), (0.5 + WAVE).tolist()))
+    (tmp_path / "r.csv").write_text(rows(T, 0.5 + WAVE))
     (tmp_path / "r.yaml").write_text(SCENE)
     words = "1.541 m/s² RMS, linear between samples; mean 0.5 m/s², 1.457 m/s² RMS about it"
     run = drysim("run", "r.yaml", "--no-plots").out
@@ -771,7 +765,7 @@ def test_validate_dry_run_and_run_tell_one_rms_and_which_it_is(tmp_path, drysim)
 
 
 def test_way_to_the_displacement_keeps_what_is_removed(tmp_path, drysim):
-    (tmp_path / "r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
+    (tmp_path / "r.csv").write_text(rows(T, WAVE))
     (tmp_path / "r.yaml").write_text(SCENE + "  remove: {trend: mean, above: 30 Hz}\n")
     told = " ".join(drysim("run", "r.yaml", "--no-plots").out.split())
     assert "high-pass: `remove: {trend: mean, below: 0.3 Hz, above: 30 Hz}`" in told
@@ -779,7 +773,7 @@ def test_way_to_the_displacement_keeps_what_is_removed(tmp_path, drysim):
 
 def test_pictures_tell_what_was_done_to_a_record_and_its_factor(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
+    Path("r.csv").write_text(rows(T, WAVE))
     Path("r.yaml").write_text(SCENE + "  scale: 2\n  remove: {trend: mean, above: 30 Hz}\n")
     one, many = load("r.yaml"), load("r.yaml", {"sweep": {"oscillator.mass": [50, 75]}})
     table, scales = sweep(many), {"sweep": {"excitation.scale": [1, 2]}}
@@ -791,7 +785,7 @@ def test_pictures_tell_what_was_done_to_a_record_and_its_factor(tmp_path, monkey
 
 
 def test_factor_on_a_record_is_told_in_every_summary(tmp_path, drysim):
-    (tmp_path / "r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
+    (tmp_path / "r.csv").write_text(rows(T, WAVE))
     (tmp_path / "r.yaml").write_text(SCENE + "  scale: 2.5\n")
     assert "record r.csv times 2.5, " in drysim("run", "r.yaml", "--no-plots").out
     told = json.loads((tmp_path / "out/r/drysim.json").read_text())
@@ -801,7 +795,7 @@ def test_factor_on_a_record_is_told_in_every_summary(tmp_path, drysim):
 
 
 def test_unknown_displacement_of_a_record_comes_with_the_way_to_it(tmp_path, drysim):
-    (tmp_path / "r.csv").write_text(rows(T.tolist(), WAVE.tolist()))
+    (tmp_path / "r.csv").write_text(rows(T, WAVE))
     (tmp_path / "r.yaml").write_text(SCENE)
     answer = " ".join(drysim("run", "r.yaml", "--no-plots").out.split())
     assert "base displacement not known; it needs a high-pass: `remove: {below" in answer
@@ -820,7 +814,7 @@ def test_unit_that_is_wrong_by_gravity_is_suspected_with_a_remedy(
 ):
     factor = 9.80665 if mean == 96.2 else 1.0
     unit = "g" if mean == 96.2 else "m/s2"
-    text = rows(T.tolist(), ((WAVE / 5 + mean) / factor).tolist(), unit)
+    text = rows(T, ((WAVE / 5 + mean) / factor), unit)
     words = {"time": "t", "remove": remove, "gravity": "keep"}
     if where == "scenario":
         text = text.replace(f" [{unit}]", "", 1)
@@ -837,7 +831,7 @@ def test_unit_that_is_wrong_by_gravity_is_suspected_with_a_remedy(
 
 @pytest.mark.parametrize(("mean", "size"), [(1.2, 0.2), (0.9, 0.2), (1.0, 2.0), (9.81, 0.2)])
 def test_ordinary_mean_raises_no_doubt_about_the_unit(tmp_path, mean, size):
-    text = rows(T.tolist(), (size * WAVE + mean).tolist())
+    text = rows(T, size * WAVE + mean)
     warnings = motion_of(tmp_path, text, time="t", gravity="keep").warnings
     assert "record-unit" not in {one.slug for one in warnings}
 

@@ -59,13 +59,9 @@ def draw(plain: SimpleNamespace, fast: SimpleNamespace, examples: int, **chosen:
     tried()
 
 
-def test_engines_agree_on_drawn_scenes(plain, fast):
-    draw(plain, fast, FAST, derandomize=True)
-
-
-@pytest.mark.slow
-def test_engines_agree_on_many_more_drawn_scenes(plain, fast):
-    draw(plain, fast, MANY)
+@pytest.mark.parametrize("examples", [FAST, pytest.param(MANY, marks=pytest.mark.slow)])
+def test_engines_agree_on_drawn_scenes(plain, fast, examples):
+    draw(plain, fast, examples, derandomize=examples == FAST)
 
 
 def test_engines_agree_where_a_limit_underflows_beside_the_load(plain, fast):

@@ -34,14 +34,9 @@ def hold(law: Law, examples: int, **chosen: bool) -> None:
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
-def test_law_holds_for_any_scene(law):
-    hold(law, FAST, derandomize=True)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
-def test_law_holds_for_many_more_scenes(law):
-    hold(law, MANY)
+@pytest.mark.parametrize("examples", [FAST, pytest.param(MANY, marks=pytest.mark.slow)])
+def test_law_holds_for_any_scene(law, examples):
+    hold(law, examples, derandomize=examples == FAST)
 
 
 def test_finer_grid_changes_no_metric_where_the_velocity_only_touches_zero():

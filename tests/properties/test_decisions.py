@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from seat import ranges
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.events import IMPACT, REVERSAL, SLIP, STICK
@@ -21,9 +22,6 @@ from drysim.core.model import (
     State,
     StrokeLimits,
 )
-
-FAST, SLOW = 4, 60
-"""Scenes drawn of each kind."""
 
 CHANGE = 1e-12
 """Relative change of friction that changes the order of events [-]."""
@@ -113,33 +111,21 @@ def change_of_order(plant, motion, with_friction):
 
 
 def check(law, base, seed):
-    plant, motion, with_friction = drawn_scene(law, base, seed)
-    ends = change_of_order(plant, motion, with_friction)
-    if ends is None:
-        pytest.skip("friction changes no order here")
-    assert max(trajectory.closest_decision for trajectory in ends) < CLOSE
+    ends = change_of_order(*drawn_scene(law, base, seed))
+    if ends is not None:
+        assert max(trajectory.closest_decision for trajectory in ends) < CLOSE, seed
+    return ends is not None
 
 
-@pytest.mark.parametrize("seed", range(FAST))
+@pytest.mark.parametrize("seeds", ranges(4, 60))
 @pytest.mark.parametrize("base", BASES)
 @pytest.mark.parametrize("law", LAWS)
-def test_a_change_of_the_order_of_events_is_a_close_decision(law, base, seed):
-    check(law, base, seed)
+def test_a_change_of_the_order_of_events_is_a_close_decision(law, base, seeds):
+    assert sum(check(law, base, seed) for seed in seeds) > 0
 
 
 def test_force_at_the_end_of_the_step_of_a_stop_is_a_close_decision():
-    check("coulomb", "coarse samples", 44)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("base", BASES)
-@pytest.mark.parametrize("law", LAWS)
-def test_many_changes_of_the_order_of_events_are_close_decisions(law, base):
-    for seed in range(FAST, SLOW):
-        plant, motion, with_friction = drawn_scene(law, base, seed)
-        ends = change_of_order(plant, motion, with_friction)
-        if ends is not None:
-            assert max(trajectory.closest_decision for trajectory in ends) < CLOSE, seed
+    assert check("coulomb", "coarse samples", 44)
 
 
 RIGID_LAWS = {

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from law_scenes import halved
+from seat import ranges
 
 from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import (
@@ -24,9 +25,6 @@ from drysim.core.model import (
     StrokeLimits,
 )
 from drysim.metrics.table import measure
-
-FAST, SLOW = 6, 200
-"""Scenes drawn of each kind."""
 
 AGREES = 1e-8
 """Relative difference of an integral from that of an equivalent scene [-]."""
@@ -127,14 +125,8 @@ def check(law, stops, seed):
         assert_same(some, found)
 
 
-@pytest.mark.parametrize("seed", range(FAST))
+@pytest.mark.parametrize("seeds", ranges(6, 200))
 @pytest.mark.parametrize(("law", "stops"), KINDS)
-def test_a_start_from_silence_is_booked_as_it_is(law, stops, seed):
-    check(law, stops, seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("law", "stops"), KINDS)
-def test_many_starts_from_silence_are_booked_as_they_are(law, stops):
-    for seed in range(FAST, SLOW):
+def test_a_start_from_silence_is_booked_as_it_is(law, stops, seeds):
+    for seed in seeds:
         check(law, stops, seed)

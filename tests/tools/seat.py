@@ -56,6 +56,11 @@ def seeds(few: int, many: int) -> list:
     return [*range(few), *rest]
 
 
+def ranges(few: int, many: int) -> list:
+    """Return two ranges of seeds of a random draw, the second for the slow tests."""
+    return [range(few), pytest.param(range(few, many), marks=pytest.mark.slow)]
+
+
 def dotted(words: Mapping[str, object]) -> dict[str, object]:
     """Return overrides by their keys; a double underscore stands for the dot of a key."""
     return {key.replace("__", "."): value for key, value in words.items()}
