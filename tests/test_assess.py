@@ -554,6 +554,14 @@ def test_interpolation_of_the_base_concerns_only_the_model(tmp_path):
     assert "run.csv along z: linear interpolation" in sentence
 
 
+def test_measured_stroke_beyond_its_limit_is_a_warning(tmp_path):
+    record = seat_record()
+    peak = float(np.abs(record["stroke"]).max())
+    for share, is_beyond in ((1.01, False), (1.0, True), (0.5, True)):
+        result = assess(tmp_path, {"stroke": {"limit": share * peak}}, run=record)
+        assert bool(warnings_of(result, "stroke-violated")) == is_beyond
+
+
 def test_checks_of_seeds_warn(tmp_path):
     checks = ["SEAT p95 < 2", "a_w < 9 with every seed", "SEAT < 2"]
     result = assess(tmp_path, {"checks": checks}, run=seat_record())

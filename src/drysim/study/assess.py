@@ -39,6 +39,7 @@ from drysim.metrics.table import (
 from drysim.records.columns import record_error
 from drysim.scenario.assess import AXES, Assess, MeasuredRuns
 from drysim.scenario.model import Scenario
+from drysim.scenario.text import describe_limits
 from drysim.scenario.warnings import weighting_warnings
 from drysim.study.assess_faults import fault_warning
 from drysim.study.budget import case_cost
@@ -67,8 +68,15 @@ from drysim.study.run import (
     weighted_motion,
 )
 from drysim.study.statistics import NORMAL_95, student_t
+from drysim.study.table import STROKE_LIMIT, largest_excess
 from drysim.study.welch import check_segment, segment_length
-from drysim.wording import format_count, format_number, format_percent, join_words
+from drysim.wording import (
+    format_count,
+    format_length,
+    format_number,
+    format_percent,
+    join_words,
+)
 
 AGREEING = {True: ("SEAT", "a_w"), False: ("T_a", "a_x")}
 """Metrics in which runs must agree, with and without a weighting."""
@@ -251,6 +259,7 @@ def assess(scenario: Scenario) -> AssessResult:
     warnings = [
         *records_warnings(all_prepared, segment),
         *agreement_warnings(scenario, runs),
+        *stroke_warnings(scenario, metrics),
         *check_warnings(scenario),
     ]
     inputs = [record for run in all_prepared for record in run.inputs]
@@ -662,6 +671,19 @@ def check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         if check.judges != MEAN:
             sentence = f"the check `{check}` judges the mean of the runs: records have no seeds"
             yield WarningMessage("check-of-one-seed", sentence, {f"checks.{i}": check.limit})
+
+
+def stroke_warnings(scenario: Scenario, metrics: Values) -> Iterator[WarningMessage]:
+    """Warn of a measured stroke beyond its limit."""
+    used, stroke = metrics[STROKE_USED], scenario.stroke
+    if used is None or stroke is None or STROKE_LIMIT.holds(used):
+        return
+    symbol, reached, beyond = largest_excess(metrics, stroke.limits)
+    sentence = (
+        f"the stroke limit of {describe_limits(stroke.limits, reached)} is exceeded: {symbol} "
+        f"reaches {format_length(reached)}, {format_length(beyond, reached)} beyond the limit"
+    )
+    yield WarningMessage("stroke-violated", sentence, {"stroke_used": used})
 
 
 def agreement_warnings(scenario: Scenario, runs: Sequence[Run]) -> Iterator[WarningMessage]:
