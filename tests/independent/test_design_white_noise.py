@@ -14,7 +14,6 @@ import drysim
 
 M, STEP, LOW, HIGH = 75.0, 1e-3, 0.02, 60.0
 SCENE = f"""
-drysim: 1
 oscillator: {{mass: {M}, stiffness: 7500, damping: 500}}
 excitation:
   kind: psd
@@ -25,7 +24,6 @@ excitation:
   seeds: 40
 solver: {{step: {STEP}}}
 measure: {{settle: 10 s}}
-design:
 """
 f = np.geomspace(LOW, HIGH, 200_001)
 w = 2.0 * np.pi * f
@@ -53,20 +51,13 @@ def least(function, low, high):
     return np.exp(found.x), found.fun
 
 
-def study(folder, text):
-    """Return the result of a design study."""
-    (folder / "white.yaml").write_text(SCENE + text)
-    return drysim.design(drysim.load(folder / "white.yaml"))
-
-
 @pytest.mark.slow
-def test_best_damping_under_white_noise_lies_within_the_stated_interval(tmp_path):
+def test_best_damping_under_white_noise_lies_within_the_stated_interval():
     exact, _ = least(lambda b: rms(b, 7500.0)[0], 100.0, 5000.0)
     assert exact / (2.0 * np.sqrt(7500.0 * M)) == pytest.approx(0.5, rel=0.02)
-    result = study(
-        tmp_path,
-        "  vary: {oscillator.damping: {from: 100, to: 5000, scale: log}}\n  minimise: a_x\n",
-    )
+    vary = {"oscillator.damping": {"from": 100, "to": 5000, "scale": "log"}}
+    study = {"design": {"vary": vary, "minimise": "a_x"}}
+    result = drysim.design(drysim.scenario(SCENE, study))
     low, high = result.optimum.ends["oscillator.damping"]
     assert result.converged
     assert low < exact < high
@@ -74,7 +65,7 @@ def test_best_damping_under_white_noise_lies_within_the_stated_interval(tmp_path
 
 
 @pytest.mark.slow
-def test_best_mount_at_fixed_stroke_lies_within_the_stated_intervals(tmp_path):
+def test_best_mount_at_fixed_stroke_lies_within_the_stated_intervals():
     from scipy.optimize import brentq
 
     stroke = 5e-3
@@ -85,16 +76,12 @@ def test_best_mount_at_fixed_stroke_lies_within_the_stated_intervals(tmp_path):
     b, _ = least(lambda b: rms(b, stiffness(b))[0], 200.0, 4000.0)
     exact = {"oscillator.damping": b, "oscillator.stiffness": stiffness(b)}
     assert b / (2.0 * np.sqrt(stiffness(b) * M)) == pytest.approx(np.sqrt(0.5), rel=0.03)
-    result = study(
-        tmp_path,
-        f"""
-  vary:
-    oscillator.damping: {{from: 200, to: 4000, scale: log}}
-    oscillator.stiffness: {{from: 1000, to: 50000, scale: log}}
-  minimise: a_x
-  within: [x_r_rms < {stroke}]
-""",
-    )
+    vary = {
+        "oscillator.damping": {"from": 200, "to": 4000, "scale": "log"},
+        "oscillator.stiffness": {"from": 1000, "to": 50000, "scale": "log"},
+    }
+    study = {"vary": vary, "minimise": "a_x", "within": [f"x_r_rms < {stroke}"]}
+    result = drysim.design(drysim.scenario(SCENE, {"design": study}))
     assert [str(one.limit) for one in result.binding] == [f"x_r_rms < {stroke}"]
     for key, (low, high) in result.optimum.ends.items():
         assert low < exact[key] < high, key
