@@ -38,11 +38,7 @@ def slugs():
     [
         ({"stroke__limit": 25}, "looks-like-millimetres", "write `25 mm`"),
         ({"checks": ["x_r_peak < 25"]}, "looks-like-millimetres", "`x_r_peak < 25` is 25 m"),
-        (
-            {"stroke__limit": 20e6},
-            "looks-like-millimetres",
-            "millimetres, write `20 mm`",
-        ),
+        ({"stroke__limit": 20e6}, "looks-like-millimetres", "millimetres, write `20 mm`"),
         ({"start__x_r": 12}, "looks-like-millimetres", "start.x_r is 12 m"),
         ({"excitation__rms": 1000}, "looks-like-millimetres", "an amplitude of 14 m"),
         ({"oscillator__mass": 75000}, "looks-like-grams", "(`75000 g`)"),
@@ -51,7 +47,7 @@ def slugs():
         ({"oscillator": {**PLANT, "damping_ratio": 33.3}}, "looks-like-percent", "`33.3 %`"),
         ({"solver__step": 0.05}, "coarse-step", "12.5 steps per period at 1.6 Hz; 0.031 s"),
     ],
-)
+)  # fmt: skip
 def test_value_in_another_unit_or_too_coarse_is_said(slugs, words, slug, part):
     assert part in slugs(**words)[slug]
 

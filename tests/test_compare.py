@@ -62,26 +62,18 @@ def test_words_name_approaches_and_vs_is_dropped() -> None:
 @pytest.mark.parametrize(
     ("words", "sentence", "hint"),
     [
-        (
-            ["signom", "vs", "stick-slip"],
-            "unknown approach or friction law `signom`",
-            "did you mean `signum`?",
-        ),
-        (
-            ["lugra", "vs", "stick-slip"],
-            "unknown approach or friction law `lugra`",
-            "did you mean `lugre`?",
-        ),
-        (
-            ["seat.yaml", "signum", "vs", "stick-slip"],
-            "unknown approach or friction law `seat.yaml`",
-            "name the scenario last: `drysim compare signum vs stick-slip seat.yaml`",
-        ),
+        (["signom", "vs", "stick-slip"], "unknown approach or friction law `signom`",
+         "did you mean `signum`?"),
+        (["lugra", "vs", "stick-slip"], "unknown approach or friction law `lugra`",
+         "did you mean `lugre`?"),
+        (["seat.yaml", "signum", "vs", "stick-slip"],
+         "unknown approach or friction law `seat.yaml`",
+         "name the scenario last: `drysim compare signum vs stick-slip seat.yaml`"),
         (["signum"], "needs two approaches", "add one of"),
         (["vs"], "needs two approaches", "add one of"),
         (["signum", "vs", "signum"], "`signum` is named twice", "another"),
     ],
-)
+)  # fmt: skip
 def test_words_that_name_no_comparison_are_said(
     words: list[str], sentence: str, hint: str
 ) -> None:

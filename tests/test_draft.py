@@ -82,13 +82,10 @@ def test_channel_named_floor_is_chosen_before_one_with_gravity(drysim, tmp_path)
         (rows(FLOOR + 9.81), "rate", "does not contain the times"),
         ("n,z\n" + rows(np.arange(COUNT), FLOOR / G + 1, digits=3), "rate", "sample numbers"),
         ("t [s],value\n" + rows(T, FLOOR), "unit", "does not contain it"),
-        (
-            "t [s],a [m/s2],b [m/s2]\n" + rows(T, FLOOR, SIDE),
-            "column",
-            "RMS and peak about the mean: `a` 0.3808 and 0.6996 m/s2; `b` 0.2121 and 0.3 m/s2",
-        ),
+        ("t [s],a [m/s2],b [m/s2]\n" + rows(T, FLOOR, SIDE), "column",
+         "RMS and peak about the mean: `a` 0.3808 and 0.6996 m/s2; `b` 0.2121 and 0.3 m/s2"),
     ],
-)
+)  # fmt: skip
 def test_what_the_record_does_not_show_is_left_open_and_reported(
     drysim, tmp_path, text, key, reason
 ):
