@@ -82,12 +82,14 @@ def solved(
     file: Path, approach: str = "stick-slip", form: str = "tanh", sharpness: float = 1e3
 ) -> dict[tuple[float, ...], Metrics]:
     """Return the metrics of each case of a sweep: by frequency or force, and level."""
-    words: dict[str, Any] = {"reference": "viscous"}
+    overrides: dict[str, Any] = {"reference": "viscous"}
     if approach != "viscous":
-        words = {"solver.approach": approach} | ({} if file == NOISE else {"reference": None})
+        overrides = {"solver.approach": approach} | (
+            {} if file == NOISE else {"reference": None}
+        )
     if approach == "smooth":
-        words["solver.smooth"] = {"form": form, "sharpness": sharpness}
-    rows = [row for row in sweep(load(file, words)).rows if row.approach == approach]
+        overrides["solver.smooth"] = {"form": form, "sharpness": sharpness}
+    rows = [row for row in sweep(load(file, overrides)).rows if row.approach == approach]
     return {tuple(row.point.values()): row.metrics for row in rows}
 
 
@@ -95,11 +97,11 @@ def steady(
     kinetic: float, frequency: float, rms: float, file: Path = LOW, **options: Any
 ) -> Outcome:
     """Return one case of Figs. 3 and 4; options have a double underscore for their point."""
-    words = {key.replace("__", "."): value for key, value in options.items()}
+    overrides = {key.replace("__", "."): value for key, value in options.items()}
     case = {
         "friction.kinetic": kinetic, "excitation.frequency": frequency, "excitation.rms": rms,
     }  # fmt: skip
-    return run(load(file, {**case, **words}))
+    return run(load(file, {**case, **overrides}))
 
 
 def percent(value: float | None, exact: float | None) -> float:
@@ -157,15 +159,22 @@ def test_items() -> None:
         assert set(names) <= defined
 
 
+def test_oscillator() -> None:
+    head, _, _ = pages()["paper"].text.partition("\n## ")
+    for file in (LOW, HIGH, NOISE):
+        m, k_x, b = load(file).oscillator.plant()
+        check_numbers(head, [m, k_x, b, sqrt(k_x / m) / (2 * pi), 5])
+
+
 def test_commands(place: Path) -> None:
     for file in (LOW, HIGH, NOISE, LOW.with_name("coexisting-motions.yaml")):
         shutil.copy(file, place)
     figures, items = rows_of("Figures"), rows_of("Items")
     commands = [*figures, *(command for command, *_ in items.values())]
     for command in set(commands):
-        program, *words = shlex.split(command.strip("`"))
+        program, *arguments = shlex.split(command.strip("`"))
         assert program == "drysim"
-        assert main([*words, "--dry-run"]) == 0, command
+        assert main([*arguments, "--dry-run"]) == 0, command
     # `make paper` runs those of the figures.
     (recipe,) = re.findall(
         r"^paper:.*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M
@@ -586,6 +595,14 @@ def test_a_stick_slip_orbit_coexists_with_rest_above_the_static_limit_that_holds
 def test_a_block_on_el_centro_moves_as_the_page_says(tmp_path: Path) -> None:
     rows = rows_of("An earthquake record")
     assert list(rows) == ["0.05", "0.1", "0.15", "0.2"]
+    t, u_dd = np.loadtxt(  # ü in g
+        EL_CENTRO, delimiter=",", skiprows=1, unpack=True
+    )
+    peak, sliding = np.abs(u_dd).max(), 100.0 - float(rows["0.2"][1])
+    prose = re.sub("```.*?```", "", prose_of("An earthquake record"), flags=re.S)
+    check_numbers(
+        prose, [1940, t.size, (t.size - 1) / t[-1], peak, 0.1, 0.1, 10, round(sliding)]
+    )
     file = tmp_path / "block.yaml"
     for coefficient, cells in rows.items():
         file.write_text(
