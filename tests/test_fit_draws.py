@@ -153,10 +153,17 @@ def test_few_points_are_said(linear):
     assert "rest on 45 effective points only" in warning.sentence
 
 
-def test_further_rounds_reach_a_likelihood_that_the_covariance_misses(linear):
+@pytest.mark.parametrize("profiled", [True, False])
+def test_draws_reach_a_likelihood_that_the_covariance_misses(linear, profiled):
     narrow = 0.02 * linear.solution.covariance
-    missed = linear.solution._replace(covariance=narrow, robust_covariance=narrow)
-    draws = drawn(replace(linear, solution=missed))
+    missed = replace(
+        linear,
+        solution=linear.solution._replace(covariance=narrow, robust_covariance=narrow),
+    )
+    with WorkerPool(1) as pool:
+        steps = Steps(pool)
+        profiles = profiles_of(missed, steps) if profiled else {}
+        draws = draw(missed, missed, profiles, steps)
     wanted = linear.first.scale * np.sqrt(np.diag(linear.solution.covariance))
     assert draws.effective > fit_draws.DRAWS
     assert draws.values.std(axis=0) == pytest.approx(wanted, rel=0.1)
