@@ -219,11 +219,3 @@ def test_gravity_is_guessed_from_mean_and_name_together(tmp_path, header, unit):
     (tmp_path / "r.csv").write_text(f"t [s],{header}\n" + rows)
     found = {one.key: one.value for one in inspect_record(tmp_path / "r.csv").proposals}
     assert found["unit"] == unit
-
-
-def test_level_of_a_long_signal_costs_no_copy_of_it():
-    x = np.zeros(200_000)
-    x[70_000:80_000] = 5.0
-    level = measure_level(x)
-    assert level.rest == 0.0
-    assert level.mean == pytest.approx(0.25)

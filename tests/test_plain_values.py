@@ -19,7 +19,6 @@ from drysim import errors
 from drysim.approach import APPROACHES_BY_NAME
 from drysim.metrics.table import measure
 from drysim.scenario.laws import LAWS
-from drysim.study.ensemble import Ensemble
 
 GALLERY = Path(__file__).parents[1] / "scenarios"
 SCENARIOS = sorted(GALLERY.glob("*.yaml"))
@@ -161,39 +160,6 @@ def test_motion_of_simulate_keeps_its_numbers(again, F_fk):
     u_dd = 3.0 * np.sin(0.05 * np.arange(400))
     response = drysim.simulate(m=1, k_x=1, b=0.1, F_fk=F_fk, u_dd=u_dd, dt=0.05)
     assert same(again(response), response)
-
-
-@every_way
-def test_table_keeps_its_rows_and_what_they_come_to(scenario, again):
-    table = drysim.sweep(
-        scenario(SEAT + "sweep: {oscillator.mass: [70, 80]}\nchecks: [T_a < 9]\n")
-    )
-    for _ in range(2):  # before its tallies are made, and after
-        twin = again(table)
-        assert list(twin) == list(table)
-        assert (twin.scenario, twin.axes, twin.checks) == (
-            table.scenario, table.axes, table.checks,
-        )  # fmt: skip
-        assert repr(twin) == repr(table)
-
-
-@every_way
-def test_comparison_keeps_its_verdict_and_deviations(scenario, again):
-    comparison = drysim.compare(scenario(SEAT), ["signum", "stick-slip"])
-    twin = again(comparison)
-    assert twin.verdict == comparison.verdict
-    assert twin.deviation(twin.table[0]) == comparison.deviation(comparison.table[0])
-    for name, response in comparison.responses.items():
-        assert same(twin.responses[name], response)
-
-
-@every_way
-def test_ensemble_keeps_its_rows_and_statistics(scenario, again):
-    ensemble = drysim.run(scenario(WHOLE.replace(SINE, f"{STANDARD}, seeds: 2")))
-    assert isinstance(ensemble, Ensemble)
-    twin = again(ensemble)
-    assert (twin.rows, twin.statistics) == (ensemble.rows, ensemble.statistics)
-    assert same(twin.response, ensemble.response)
 
 
 def job(asked):

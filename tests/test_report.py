@@ -546,49 +546,38 @@ def spoil(folder, text):
     (folder / "drysim.json").write_text(text)
 
 
-def unmark(folder):
-    (folder / "drysim.json").unlink()
-
-
 def replace_by_file(folder):
     shutil.rmtree(folder)
     folder.write_text("text")
 
 
 def mark_by_folder(folder):
-    unmark(folder)
+    (folder / "drysim.json").unlink()
     (folder / "drysim.json").mkdir()
-
-
-def interrupt(folder):
-    change(folder, exit_code=130, complete=False)
-
-
-def edit(folder):
-    (folder / "scenario.yaml").write_text("name: other\n")
-
-
-def nested(folder):
-    spoil(folder, "[" * 100_000)
 
 
 FAULTS = {
     "absent": (shutil.rmtree, "no such file or directory"),
     "no folder": (shutil.rmtree, "`fit`, `design`, `branches`, `map` or `bench`"),
-    "not a result": (unmark, "out is no result of drysim: it has no drysim.json"),
+    "not a result": (
+        lambda folder: (folder / "drysim.json").unlink(),
+        "out is no result of drysim: it has no drysim.json",
+    ),
     "a file": (replace_by_file, "out is a file, not a folder"),
     "marker is a folder": (mark_by_folder, "is not a plain file"),
     "no JSON": (
         lambda folder: spoil(folder, '{"format": 1, '),
         "is damaged: it is not valid JSON from line 1, column ",
     ),
-    "nested": (nested, "is damaged: it is not valid JSON"),
+    "nested": (lambda folder: spoil(folder, "[" * 100_000), "is damaged: it is not valid JSON"),
     "a list": (lambda folder: spoil(folder, "[]"), "has no finished result"),
     "begun": (
         lambda folder: spoil(folder, '{"format": 1, "complete": false}'),
         "has no finished result",
     ),
-    "interrupted": (interrupt, "is not finished"),
+    "interrupted": (
+        lambda folder: change(folder, exit_code=130, complete=False), "is not finished",
+    ),
     "type": (
         lambda folder: change(folder, metrics=[1]),
         "is damaged: metrics is [1], which is not an object",
@@ -608,7 +597,10 @@ FAULTS = {
         lambda folder: change(folder, metrics={"T_a": float("nan")}),
         "is damaged: it is not valid JSON",
     ),
-    "edited": (edit, "scenario.yaml was edited since drysim wrote it"),
+    "edited": (
+        lambda folder: (folder / "scenario.yaml").write_text("name: other\n"),
+        "scenario.yaml was edited since drysim wrote it",
+    ),
     "no scenario": (lambda folder: (folder / "scenario.yaml").unlink(), "cannot read"),
 }  # fmt: skip
 

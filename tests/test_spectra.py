@@ -35,9 +35,9 @@ def inside(found):
     return (found.f > 1) & (found.f < 18)
 
 
-def test_response_psd_without_friction_is_that_of_the_base_times_the_square_of_t(seat):
+def test_psd_and_h1_without_friction_are_those_of_the_transmissibility(seat):
     outcome = outcome_of(seat, friction=None)
-    found = outcome.spectra
+    found, (m, k_x, b) = outcome.spectra, outcome.response.plant
     at = inside(found)
     T = viscous_transmissibility(outcome.response.plant, found.f)[at]
     scatter = 1 / np.sqrt(0.95 * found.segments)
@@ -47,12 +47,6 @@ def test_response_psd_without_friction_is_that_of_the_base_times_the_square_of_t
     off = found.G_x[at] / T**2 - 1.0  # the definition: 1 (m/s²)²/Hz
     assert np.abs(off).max() < 4 * scatter
     assert abs(off.mean()) < 0.02
-
-
-def test_h1_without_friction_is_the_transmissibility_in_modulus_and_phase(seat):
-    outcome = outcome_of(seat, friction=None)
-    found, (m, k_x, b) = outcome.spectra, outcome.response.plant
-    at = inside(found)
     s = 2j * np.pi * found.f[at]
     T = (k_x + b * s) / (m * s * s + b * s + k_x)
     assert np.abs(found.H1[at] / T - 1).max() < 0.02
