@@ -70,8 +70,8 @@ def test_draws_of_a_linear_fit_are_those_of_the_normal_distribution(linear):
     deviations = np.sqrt(np.diag(linear.solution.covariance))
     wanted = linear.solution.covariance / np.outer(deviations, deviations)
     mean, covariance = mean_and_covariance(linear)
-    assert mean == pytest.approx([0.0, 0.0], abs=0.05)
-    assert covariance == pytest.approx(wanted, abs=0.06)
+    assert mean == pytest.approx([0.0, 0.0], abs=0.2)
+    assert covariance == pytest.approx(wanted, abs=0.25)
 
 
 def test_draws_have_the_robust_covariance(linear):
@@ -95,10 +95,27 @@ def test_draws_keep_the_bounds_that_the_likelihood_is_cut_by(linear):
     squares = replace(linear.solution.squares, model=model)
     cut = replace(linear, model=model, solution=linear.solution._replace(squares=squares))
     damping = drawn(cut).values[:, 1]
-    assert low <= damping.min() < low + 0.05 * deviation
-    assert high - 0.05 * deviation < damping.max() <= high
+    assert low <= damping.min() < low + 0.1 * deviation
+    assert high - 0.1 * deviation < damping.max() <= high
     # Between -0.5 and 1 standard deviations the normal distribution has the mean 0.207.
-    assert (damping.mean() - value) / deviation == pytest.approx(0.207, abs=0.05)
+    assert (damping.mean() - value) / deviation == pytest.approx(0.207, abs=0.1)
+
+
+def test_bounds_that_hardly_a_point_keeps_leave_the_solution(linear):
+    deviations = 1e-6 * linear.first.scale * np.sqrt(np.diag(linear.solution.covariance))
+    parameters = tuple(
+        replace(parameter, low=value - deviation, high=value + deviation)
+        for parameter, value, deviation in zip(
+            linear.model.parameters, linear.values, deviations, strict=True
+        )
+    )
+    model = replace(linear.model, parameters=parameters)
+    squares = replace(linear.solution.squares, model=model)
+    draws = drawn(
+        replace(linear, model=model, solution=linear.solution._replace(squares=squares))
+    )
+    assert draws.values == pytest.approx(np.tile(linear.values, (len(draws.values), 1)))
+    assert draws.effective < fit_draws.POOR
 
 
 @pytest.fixture(scope="module")
@@ -166,7 +183,7 @@ def test_draws_reach_a_likelihood_that_the_covariance_misses(linear, profiled):
         draws = draw(missed, missed, profiles, steps)
     wanted = linear.first.scale * np.sqrt(np.diag(linear.solution.covariance))
     assert draws.effective > fit_draws.DRAWS
-    assert draws.values.std(axis=0) == pytest.approx(wanted, rel=0.1)
+    assert draws.values.std(axis=0) == pytest.approx(wanted, rel=0.2)
 
 
 # Draws as cases of a sweep and conditions of a design

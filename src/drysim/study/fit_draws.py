@@ -348,6 +348,9 @@ class Likelihood:
             points = rounds[-1].points(shares)
             x = np.concatenate([x, points])
             squares = np.append(squares, self.sums_of_squares(points, steps))
+            if not np.isfinite(squares).any():  # all lie beyond narrow bounds
+                x = np.append(x, centre[None, :], axis=0)
+                squares = np.append(squares, squares_at(self, centre[None, :]))
             densities = [each.log_density(x) for each in rounds]
             logarithms = -0.5 * squares - np.logaddexp.reduce(densities, axis=0)
             weights = np.exp(logarithms - logarithms.max())
@@ -395,7 +398,8 @@ def adapted(x: Floats, weights: Floats, first: Round) -> Round:
     Where few points bear the weight, their covariance would be that of chance: the weights are
     evened out until enough do.
     """
-    while effective_size(weights) < 10.0 * (x.shape[1] + 1):
+    enough = min(10.0 * (x.shape[1] + 1), 0.5 * np.count_nonzero(weights))
+    while effective_size(weights) < enough:
         weights = np.sqrt(weights)
     share = weights / weights.sum()
     centre = share @ x
