@@ -30,10 +30,8 @@ from survivors import EXPLAINED
 
 HOME = Path(__file__).parents[2]
 CORE = HOME / "src" / "drysim" / "core"
-LOADING = 60
-"""Seconds until the first test begins; a change that takes longer is noticed."""
-COMPILING = 300
-"""Seconds for tests that compile: a kernel that never ends hears no alarm of a test."""
+WAITING = 900
+"""Seconds by the clock for all tests of a change: a kernel that never ends hears no alarm."""
 
 
 def survivors(folder: Path, file: Path, known: Known, count: int) -> tuple[int, int, int]:
@@ -52,7 +50,7 @@ def survivors(folder: Path, file: Path, known: Known, count: int) -> tuple[int, 
         job = partial(pytest.main, [*WORDS, *choice.paths], plugins=[choice])
         if own:
             job = partial(pytest.main, [*WORDS[:4], *own])
-        if not forked(folder, job, COMPILING if own else LOADING):
+        if not forked(folder, job, WAITING):
             continue
         why = EXPLAINED.get((file.name, line))
         lived, told = lived + (why is None), told + (why is not None)
