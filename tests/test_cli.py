@@ -473,6 +473,7 @@ def test_out_of_several_scenarios_holds_their_folders(drysim, three):
     assert drysim("run", *three, "--no-plots", "-q", "--out", "results").code == 1
     folders = sorted(path.name for path in three[0].parent.joinpath("results").iterdir())
     assert folders == ["fails", "holds", "quiet"]
+    assert "name one of them, such as results/fails" in drysim("summarise", "results").err
 
 
 @pytest.mark.parametrize("out", ["results", "out"])
@@ -504,6 +505,8 @@ def test_result_within_a_result_is_named(drysim, refused, three):
 
 def test_nothing_is_written_where_one_of_several_scenarios_is_refused(refused, three):
     assert "several scenarios are named quiet" in refused("run", three[0], three[0])
+    error = refused("run", *three, "--workers", 2)
+    assert all(f"error: {file}: --workers needs several seeds" in error for file in three)
     mine = three[2].parent / "out/fails/notes.txt"
     mine.parent.mkdir(parents=True)
     mine.write_text("mine")

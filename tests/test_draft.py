@@ -138,6 +138,8 @@ def test_draft_never_replaces_a_file_and_nothing_is_written_for_a_faulty_record(
     (tmp_path / "s.yaml").write_text("mine")
     for record in ("r.csv", "s.csv", "missing.csv", "r.xyz"):
         assert refused("init", "--from", record).startswith("error: ")
+    assert "s.yaml is a scenario, not a record" in refused("init", "--from", "s.yaml")
+    assert "`drysim init --from s.csv` writes a scenario" in refused("init", "s.csv")
 
 
 def test_damaged_text_is_inspected_or_refused(tmp_path):

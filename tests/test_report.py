@@ -558,7 +558,7 @@ def mark_by_folder(folder):
 
 FAULTS = {
     "absent": (shutil.rmtree, "no such file or directory"),
-    "no folder": (shutil.rmtree, "`fit`, `design`, `branches`, `map` or `bench`"),
+    "no folder": (shutil.rmtree, "`assess`, `design`, `branches`, `map` or `bench`"),
     "not a result": (
         lambda folder: (folder / "drysim.json").unlink(),
         "out is no result of drysim: it has no drysim.json",

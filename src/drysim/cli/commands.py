@@ -209,6 +209,8 @@ def jobs_of(scenarios: Sequence[str], job_of: Callable[[str], Job]) -> list[Job]
         try:
             jobs.append(job_of(file))
         except DrysimError as fault:
+            if isinstance(fault, UsageError) and len(scenarios) > 1:
+                fault.message = f"{file}: {fault.message}"
             faults.append(fault)
     for earlier in faults[:-1]:
         show_error(earlier)

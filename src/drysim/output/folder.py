@@ -563,14 +563,17 @@ def read_stored_fields(folder: Path) -> dict[str, Any]:
     """
     file = folder / MARKER
     hint = (
-        "name an output folder of `drysim run`, `sweep`, `compare`, `fit`, `design`, "
-        "`branches`, `map` or `bench`"
+        "name an output folder of `drysim run`, `sweep`, `compare`, `fit`, `assess`, "
+        "`design`, `branches`, `map` or `bench`"
     )
     try:
         if not stat.S_ISDIR(folder.stat().st_mode):
             remedy = f"name its folder, {folder.parent}" if folder.name == MARKER else hint
             raise OutputError(f"{folder} is a file, not a folder", remedy)
         if not _exists(file):
+            results = (path for path in folder.iterdir() if _read_marker(path) is not None)
+            if first := min(results, default=None):
+                hint = f"it holds results: name one of them, such as {first}"
             raise OutputError(f"{folder} is no result of drysim: it has no {MARKER}", hint)
         if parts := _finished_parts(folder):
             hint = _resume_hint(parts)

@@ -9,7 +9,7 @@ from textwrap import indent, wrap
 
 from drysim.errors import UsageError
 from drysim.records.inspection import ColumnSummary, Inspection, Proposal, inspect_record
-from drysim.study.gallery import SUFFIX, new_file, refuse_existing, write_new
+from drysim.study.gallery import SUFFIX, SUFFIXES, new_file, refuse_existing, write_new
 from drysim.system import relative_path
 from drysim.wording import format_number, sanitise
 from drysim.yaml_document import dump
@@ -74,6 +74,10 @@ def write_draft(record: Path, name: str = "") -> tuple[Path, Inspection]:
     """
     if not (name or record.stem).isprintable():
         raise UsageError("the name of the record cannot be that of a scenario", "add a NAME")
+    if record.suffix in SUFFIXES:
+        raise UsageError(
+            f"{record} is a scenario, not a record", f"`drysim run {record}` runs it"
+        )
     file = new_file(name) if name else Path(record.stem + SUFFIX)
     refuse_existing(file)
     inspection = inspect_record(record)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
@@ -89,7 +90,10 @@ def find(name: str) -> GalleryScenario:
         sentence = (
             f"the gallery has no scenario `{name}`{did_you_mean(closest_match(name, files))}"
         )
-        raise UsageError(sentence, "`drysim init --list` shows all names")
+        hint = "`drysim init --list` shows all names"
+        if Path(name).is_file() and Path(name).suffix not in SUFFIXES:
+            hint = f"`drysim init --from {shlex.quote(name)}` writes a scenario for a record"
+        raise UsageError(sentence, hint)
     return read_scenario(file)
 
 
