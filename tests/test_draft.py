@@ -130,6 +130,21 @@ def test_draft_reads_a_record_in_another_folder(drysim, tmp_path):
     assert drysim("validate", "day 1.yaml").code == 0
 
 
+def test_draft_for_floor_and_seat_has_an_assessment_as_a_comment(drysim, tmp_path):
+    assert drysim("init", "fit-seat").code == 0
+    assert drysim("init", "--from", "fit-seat-synthetic.csv", "draft").code == 0
+    text = (tmp_path / "draft.yaml").read_text()
+    head, mark, tail = text.partition("# assess:\n")
+    block, _, rest = tail.partition("\n\n")
+    stated = (mark + block).replace("# ", "")
+    (tmp_path / "draft.yaml").write_text(f"{head}{stated}\n\n{rest}")
+    assert drysim("assess", "draft.yaml", "--dry-run").code == 0
+    floor = "t [s],floor [m/s2],stroke [mm]\n0,0.1,2\n0.1,0.3,1\n0.2,-0.2,0\n"
+    (tmp_path / "floor.csv").write_text(floor)
+    assert drysim("init", "--from", "floor.csv").code == 0
+    assert "assess" not in (tmp_path / "floor.yaml").read_text()
+
+
 def test_draft_never_replaces_a_file_and_nothing_is_written_for_a_faulty_record(
     refused, tmp_path
 ):

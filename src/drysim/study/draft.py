@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from textwrap import indent, wrap
 
@@ -11,6 +12,7 @@ from drysim.errors import UsageError
 from drysim.records.inspection import ColumnSummary, Inspection, Proposal, inspect_record
 from drysim.study.gallery import SUFFIX, SUFFIXES, new_file, refuse_existing, write_new
 from drysim.system import relative_path
+from drysim.units import conversion_factor
 from drysim.wording import format_number, sanitise
 from drysim.yaml_document import dump
 
@@ -103,7 +105,39 @@ def _draft(file: Path, record: Path, inspection: Inspection) -> str:
     ]
     legend = "# Lines marked `check` are guesses from the record; `decide` is left to you."
     head = dump({"drysim": 1, "about": about})  # the name is that of the file
-    return "\n".join([head + legend, "", SEAT, *block, "", VERTICAL, QUESTIONS])
+    measured = _assess_lines(path, inspection)
+    return "\n".join([head + legend, "", SEAT, *block, "", VERTICAL, *measured, QUESTIONS])
+
+
+SHARED_KEYS = "skip", "rows", "time", "time_unit", "rate", "step", "gaps", "resample"
+"""Keys of a record that all channels of its file share."""
+
+
+def _assess_lines(path: str, inspection: Inspection) -> list[str]:
+    """Return an assess block, as a comment, for a file with the motion of base and mass.
+
+    Empty unless there are two accelerations, of which the first is the proposed base.
+    """
+    proposed = {each.key: each.value for each in inspection.proposals}
+    names = [column.name for column in inspection.columns if _is_acceleration(column.unit)]
+    if len(names) != 2 or not all(names) or names[0] != proposed.get("column"):
+        return []
+    base, mass = names
+    shared = {key: proposed[key] for key in SHARED_KEYS if proposed.get(key) is not None}
+    measured = {"file": path, **shared, "u_dd": base, "x_dd": mass}
+    text = (
+        f"If `{base}` is the floor and `{mass}` the mass on it, remove each `# ` below: `drysim"
+    )
+    block = indent(dump({"measured": measured}), "  ").rstrip().splitlines()
+    lines = _comment(f"{text} assess` then evaluates what was measured.")
+    return [*lines, *(f"# {line}" for line in ("assess:", *block)), ""]
+
+
+def _is_acceleration(unit: str) -> bool:
+    """Whether a unit of a column is one of acceleration."""
+    with suppress(ValueError):
+        return bool(unit) and conversion_factor(unit, "m/s²") > 0.0
+    return False
 
 
 def _lines_of(proposal: Proposal) -> list[str]:
