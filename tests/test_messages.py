@@ -25,6 +25,5 @@ def test_near_name_is_the_word_that_was_meant(written, meant):
 
 
 def test_a_single_letter_is_no_slip_of_another():
-    """Road class I had been taken for A."""
     assert closest_match("I", "ABCDEFGH") is None
     assert closest_match("c", "ABCDEFGH") == "C"

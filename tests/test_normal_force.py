@@ -72,7 +72,6 @@ def test_resolved_scenario_runs_again(scene, tmp_path):
 
 
 def test_record_in_options_of_another_law_is_resolved_to_its_own_file(scene, tmp_path):
-    """It kept the path that it has beside the scenario, which leads nowhere elsewhere."""
     loaded = load(scene())
     pressed = {k: v for k, v in loaded.file_block("friction").items() if k != "law"}
     dahl = {"law": "dahl", "kinetic": 15, "bristle_stiffness": 1e5, "coulomb": pressed}

@@ -89,7 +89,6 @@ def test_missing_rows_are_counted_and_named(tmp_path):
 @pytest.mark.parametrize("samples", [1, 5, 11, 190, 210])
 @pytest.mark.parametrize("step", [0.005, 1 / 173, 3e-5, 0.7])
 def test_way_to_fill_a_gap_that_is_proposed_fills_it(tmp_path, samples, step):
-    """It had been 50 ms, whatever the length of the gap."""
     kept = np.delete(np.arange(2000), np.arange(300, 300 + samples))
     text = rows(kept * step, WAVE[kept])
     said = refused(tmp_path, text, time="t")
@@ -264,7 +263,6 @@ def test_window_that_is_proposed_cuts_off_a_gap_at_an_end(tmp_path, lost):
 def test_pause_of_a_logger_is_called_a_gap_with_remedies_that_work(
     tmp_path, pause, quantity, jitter
 ):
-    """Such times were called uneven, and `gaps` alone did nothing."""
     t = T + np.random.default_rng(3).uniform(-jitter, jitter, len(T))
     t[1200:] += pause
     unit = {"acceleration": "m/s2", "displacement": "m"}[quantity]
@@ -627,7 +625,6 @@ def test_displacement_that_depends_on_the_ends_of_the_record_is_a_warning(tmp_pa
     [(0.125, "uncertain by about 12 %"), (0.995, "is not determined by this record")],
 )
 def test_large_uncertainty_of_the_displacement_is_said_in_words(share, words):
-    """It was "uncertain by about 1.3e+02 %"."""
     record = Record.model_validate({"kind": "record", "file": "r.csv", "remove": 0.3})
     u = np.ones(100)
     (warning,) = displacement_warnings(record, u, u * (1 - np.sqrt(2 * share)))

@@ -107,7 +107,6 @@ def test_quantiles_are_those_of_the_known_distribution(law, known):
     ("low", "high"), [(4.5, 6), (8.2, 225), (9, 15), (37, 39), (50, 51), (1e4, np.inf)]
 )
 def test_samples_of_a_far_tail_scatter_and_lie_at_its_near_end(low, high):
-    """Beyond some eight standard deviations all values had fallen on one, even the far end."""
     shares = np.array([1e-6, 0.01, 0.3, 0.5, 0.9, 0.999])
     mp = pytest.importorskip("mpmath").mp
     with mp.workdps(40):
@@ -135,7 +134,6 @@ def test_lognormal_of_a_far_tail_is_the_normal_of_its_logarithm():
 @pytest.mark.parametrize("law", [Normal, LogNormal])
 @pytest.mark.parametrize("sd", [1e-320, 1e-200, 1e-9])
 def test_tail_beyond_all_numbers_lies_at_its_near_end(law, sd):
-    """A lognormal distribution this narrow had divided by zero."""
     shares = np.array([0.0, 0.5, 1.0 - 2.0**-53])
     assert law(75.0, sd, 1.0, 30.0).quantile(shares) == pytest.approx(30.0)
     assert law(75.0, sd, 80.0, 300.0).quantile(shares) == pytest.approx(80.0)
@@ -279,7 +277,6 @@ def test_extremes_of_a_sample_are_its_least_and_greatest_values(scenario):
 
 
 def test_draws_of_a_sample_do_not_multiply_with_its_cases(scenario, monkeypatch):
-    """Every value alone had redrawn all keys: minutes for 5,000 cases of 7 keys."""
     drawn = []
     take = Design.take
     monkeypatch.setattr(Design, "take", lambda *given: drawn.append(1) or take(*given))

@@ -642,7 +642,6 @@ def test_seeds_count_their_contacts(tmp_path, drysim):
 
 
 def test_speed_that_is_met_while_settling_is_said_to_be(tmp_path):
-    """The summary told 0.185 m/s, of the window, beside a warning of 0.220 m/s."""
     times = "measure={settle: 4 s, duration: 4 s}"
     for settle, told in ((times, True), (times.replace("settle: 4 s, ", ""), False)):
         made = drysim.run(loaded(tmp_path, BUMPERS, settle))

@@ -566,7 +566,6 @@ def test_cases_without_numbers_are_counted_by_their_reason():
 
 @pytest.mark.parametrize("status", [NOT_SETTLED, NOT_UNIQUE, FAILED])
 def test_case_without_metrics_fails_the_checks_that_apply_to_it(status):
-    """A sweep had passed: the other cases hold, and this one was not asked."""
     good, lost = ({"friction.kinetic": force} for force in (1000.0, 10.0))
     rows_ = [
         Row(good, "stick-slip", 1.0, 1.0, {"x_r_peak": 0.0}),

@@ -313,7 +313,6 @@ def test_what_is_no_list_of_numbers_earns_a_sentence(scenario, value, words):
     ],
 )
 def test_masked_value_of_numpy_takes_no_block_away(scenario, value):
-    """It had, as None does: `tolist` makes None of it."""
     text = f"{SEAT}stroke: {{limit: 1 cm}}\n"
     assert scenario(text, {"stroke": None}).stroke is None
     with pytest.raises(ScenarioError) as found:
@@ -368,7 +367,6 @@ SHAPES = (
 
 @pytest.mark.parametrize("key", CHOICES)
 def test_choice_of_any_shape_is_taken_or_refused_in_a_sentence(tmp_path, scenario, key):
-    """A list or a block had ended in a traceback: neither can be looked up in a table."""
     assert scenario(EVERYTHING).reference == "viscous"
     for text in SHAPES:
         value = yaml.safe_load(text)
