@@ -1,4 +1,4 @@
-"""Write the synthetic measurements of the gallery that are fitted: a seat and a free decay.
+"""Write the synthetic measurements of the gallery that are fitted: a seat, its curves, a decay.
 
 python scenarios/fit_records.py
 """
@@ -29,6 +29,13 @@ CUT_OFF = 8.0
 SEAT_NOISE = (0.03, 1e-4)
 """RMS of the noise of acceleration [m/s²] and stroke [m]."""
 
+LEVELS = (0.42, 0.7, 1.2)
+"""RMS acceleration of sines under this seat [m/s²]; at the lowest it just breaks away."""
+FREQUENCIES = np.round(np.geomspace(0.5, 20.0, 25), 2)
+"""Their frequencies [Hz]."""
+CURVE_SEED, CURVE_NOISE = 7, 0.02
+"""Seed and relative noise of the ratios."""
+
 DECAY = {"m": 4.0, "k_x": 900.0, "b": 1.5, "F_fk": 1.2, "F_fs": 1.5}
 """The instrument on its slide that is to be found again."""
 DECAY_SAMPLES, DECAY_DT = 1_000, 4e-3
@@ -38,10 +45,17 @@ RELEASE = 30e-3
 DECAY_NOISE = 5e-5
 """RMS of the noise of the displacement [m]."""
 
+
+def written(seed: int) -> str:
+    """Return the comment that names this script and its seed."""
+    return f"# Written by scenarios/fit_records.py with seed {seed}.\n"
+
+
 WORDS = "# Synthetic: no measurement. Computed by drysim, with noise of the sensors added.\n"
-WRITTEN = f"# Written by scenarios/fit_records.py with seed {SEED}.\n"
-SEAT_HEADER = f"{WORDS}{WRITTEN}t [s],floor [m/s2],seat [m/s2],stroke [mm]\n"
-DECAY_HEADER = f"{WORDS}{WRITTEN}t [s],x [mm]\n"
+SEAT_HEADER = f"{WORDS}{written(SEED)}t [s],floor [m/s2],seat [m/s2],stroke [mm]\n"
+DECAY_HEADER = f"{WORDS}{written(SEED)}t [s],x [mm]\n"
+RATIOS = ",".join(f"T_a {level},T_x {level}" for level in LEVELS)
+CURVES_HEADER = f"{WORDS}{written(CURVE_SEED)}f [Hz],{RATIOS}\n"
 
 
 def floor(draw: Generator) -> Floats:
@@ -69,6 +83,32 @@ def seat(seed: int = SEED) -> str:
     )
 
 
+def curves(seed: int = CURVE_SEED) -> str:
+    """Return the transmissibility curves of the seat, to three digits."""
+    draw = Generator(PCG64(seed))
+    seat_on_sines = {
+        "oscillator": {"mass": SEAT["m"], "stiffness": SEAT["k_x"], "damping": SEAT["b"]},
+        "friction": {"kinetic": SEAT["F_fk"], "static": SEAT["F_fs"]},
+        "excitation": {"kind": "harmonic", "frequency": 1.0, "rms": 1.0},
+        "sweep": {"excitation.frequency": FREQUENCIES.tolist(), "excitation.rms": [*LEVELS]},
+    }
+    exact = {
+        (row.point["excitation.frequency"], row.point["excitation.rms"]): row.metrics
+        for row in drysim.sweep(drysim.scenario(seat_on_sines)).rows
+    }
+    columns = np.array(
+        [
+            [exact[f, level][ratio] for level in LEVELS for ratio in ("T_a", "T_x")]
+            for f in FREQUENCIES.tolist()
+        ]
+    )
+    columns *= 1.0 + CURVE_NOISE * draw.standard_normal(columns.shape)
+    lines = zip(FREQUENCIES.tolist(), columns.tolist(), strict=True)
+    return CURVES_HEADER + "".join(
+        f"{f:g},{','.join(f'{ratio:.3f}' for ratio in ratios)}\n" for f, ratios in lines
+    )
+
+
 def decay(seed: int = SEED) -> str:
     """Return the record of the free decay: the displacement."""
     rest = np.zeros(DECAY_SAMPLES)
@@ -78,7 +118,11 @@ def decay(seed: int = SEED) -> str:
     return DECAY_HEADER + "".join(f"{k * DECAY_DT:.3f},{x:.2f}\n" for k, x in rows)
 
 
-FILES = {HERE / "fit-seat-synthetic.csv": seat, HERE / "fit-decay-synthetic.csv": decay}
+FILES = {
+    HERE / "fit-seat-synthetic.csv": seat,
+    HERE / "fit-curves-synthetic.csv": curves,
+    HERE / "fit-decay-synthetic.csv": decay,
+}
 """Each file and what writes it."""
 
 

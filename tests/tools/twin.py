@@ -113,3 +113,63 @@ def keys(*names: str) -> str:
 def values_of(result: drysim.FitResult) -> dict[str, float]:
     """Return the fitted values by key."""
     return {one.key: one.value for one in result.parameters}
+
+
+CURVE_KEYS = (
+    "oscillator.stiffness", "oscillator.damping", "friction.kinetic", "friction.static_ratio",
+)  # fmt: skip
+"""Keys that are fitted to curves."""
+
+
+def write_curves(
+    folder: Path, seed: int, ratios: tuple[str, ...] = ("T_a", "T_x"), *, noise: float = 0.02
+) -> dict[str, float]:
+    """Write lab.csv with curves of a drawn seat at three levels, and twin.yaml to fit them.
+
+    At the lowest level the mass just breaks away. Values have `noise`, relative, and three
+    digits; without noise all digits. Returns the values to be found.
+    """
+    draw = np.random.default_rng(seed)
+    m, natural = 75.0, draw.uniform(1.0, 2.5)
+    k_x = m * (2.0 * np.pi * natural) ** 2
+    b = 2.0 * draw.uniform(0.1, 0.5) * np.sqrt(k_x * m)
+    static_ratio, lowest = draw.uniform(1.0, 1.6), round(draw.uniform(0.3, 0.6), 2)
+    levels = [lowest, round(1.7 * lowest, 2), round(3.0 * lowest, 2)]
+    kinetic = draw.uniform(0.85, 0.97) * np.sqrt(2.0) * m * lowest / static_ratio
+    values = dict(zip(CURVE_KEYS, (k_x, b, kinetic, static_ratio), strict=True))
+    frequencies = np.round(np.geomspace(0.5, 20.0, 25), 2).tolist()
+    rows = drysim.sweep(
+        drysim.scenario(
+            {
+                "oscillator": {"mass": m, "stiffness": k_x, "damping": b},
+                "friction": {"kinetic": kinetic, "static_ratio": static_ratio},
+                "excitation": {"kind": "harmonic", "frequency": 1.0, "rms": 1.0},
+                "sweep": {"excitation.rms": levels, "excitation.frequency": frequencies},
+            }
+        ),
+        workers=1,
+    ).rows
+    exact = {
+        (row.point["excitation.frequency"], row.point["excitation.rms"]): row.metrics
+        for row in rows
+    }
+    columns = {"f [Hz]": np.array(frequencies)}
+    curves = []
+    for i, level in enumerate(levels):
+        names = [f"{ratio}{i}" for ratio in ratios]
+        for ratio, name in zip(ratios, names, strict=True):
+            curve = np.array([exact[f, level][ratio] for f in frequencies])
+            noisy = np.round(curve * (1.0 + noise * draw.standard_normal(len(curve))), 3)
+            columns[name] = noisy if noise else curve
+        listed = ", ".join(
+            f"{ratio}: {name}" for ratio, name in zip(ratios, names, strict=True)
+        )
+        curves.append(f"    - {{file: lab.csv, frequency: f, {listed}, rms: {level}}}\n")
+    write_columns(folder / "lab.csv", columns)
+    free = "".join(f"    {key}: {{}}\n" for key in CURVE_KEYS)
+    excitation = "{kind: harmonic, frequency: 2 Hz, rms: 0.5}"
+    (folder / "twin.yaml").write_text(
+        f"oscillator: {{mass: {m}}}\nexcitation: {excitation}\n"
+        f"fit:\n  curves:\n{''.join(curves)}  free:\n{free}"
+    )
+    return values

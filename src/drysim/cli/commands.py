@@ -465,7 +465,6 @@ def fit(
     from drysim.cli import work
     from drysim.scenario.load import load
     from drysim.study import fit as study
-    from drysim.study.fit_model import build_model
 
     common = Common.of(context)
     loaded = load(scenario, changes or [])
@@ -473,7 +472,7 @@ def fit(
     job = Job(
         name=study_name(loaded.name, "fit"),
         kind="fit",
-        plan=lambda folder: work.fit_plan(build_model(loaded), folder),
+        plan=lambda folder: work.fit_plan(study.read_model(loaded), folder),
         solve=lambda given: study.solve(
             loaded, models, workers=workers, finished=given.advance, store=given.store
         ),

@@ -153,9 +153,15 @@ def fit_plan(model: FitModel, folder: Path) -> Plan:
     """Return what a fit would do."""
     record, free = model.measurement, [parameter.key for parameter in model.parameters]
     starts = model.starts()
+    is_of_curves = model.fit.curves is not None
+    source = (
+        f"{format_count(len(record.t), 'value')} of curves"
+        if is_of_curves
+        else f"{len(record.t)} samples of {join_words(model.compared)}, "
+        f"step {format_number(record.dt, 's')}"
+    )
     sentences = [
-        f"{model.scenario.name}: {join_words(free)} from {len(record.t)} samples of "
-        f"{join_words(model.compared)}, step {format_number(record.dt, 's')}",
+        f"{model.scenario.name}: {join_words(free)} from {source}",
         "starts from "
         + ", ".join(
             f"{parameter.key} {format_quantity(value, parameter.unit, 3)}"
@@ -166,7 +172,7 @@ def fit_plan(model: FitModel, folder: Path) -> Plan:
         "name": model.scenario.name,
         "free": free,
         "samples": len(record.t),
-        "step": record.dt,
+        "step": None if is_of_curves else record.dt,
         "channels": list(model.compared),
         "folder": folder.as_posix(),
         "warnings": [warning.sentence for warning in record.warnings],

@@ -9,6 +9,7 @@ acceleration the residual is differentiated, smoothed over part of a natural per
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from math import ceil, inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,10 +28,12 @@ from drysim.plots.response import (
     runs,
     shade_intervals,
 )
-from drysim.plots.style import Style, set_title
+from drysim.plots.style import Style, plotted, set_axis, set_title, spans_decade
+from drysim.plots.sweep import COLORMAP_END, MARKERS
 from drysim.scenario.fit import CHANNEL_UNITS
 from drysim.scenario.text import short_key
 from drysim.study.fit import FitResult, Profile, format_profile_interval
+from drysim.study.fit_curves import FittedCurve
 from drysim.study.fit_law import EXACT, ChannelFit, Parameter
 from drysim.study.fit_profiles import CHI_SQUARE_95
 from drysim.study.statistics import NORMAL_95
@@ -50,7 +53,7 @@ if TYPE_CHECKING:
 UNIT_HEIGHT = 0.62
 """Height of a unit of the height ratios [inch]."""
 
-OVERVIEW, CHANNEL, RESIDUAL, SQUARE = 1.4, 2.8, 2.0, 4.6
+OVERVIEW, CHANNEL, RESIDUAL, SQUARE, CURVE = 1.4, 2.8, 2.0, 4.6, 5.0
 """Heights of the kinds of rows, in units."""
 
 SHORTEST_SHOWN, LONGEST_SHARE = 150, 0.4
@@ -94,6 +97,7 @@ LEGEND_DOT = 5.0
 HELD_OUT_STYLE: Style = {
     "facecolor": "none", "edgecolor": "#b9b9b9", "hatch": "//", "linewidth": 0.0, "zorder": 0.5,
 }  # fmt: skip
+UNITY_STYLE: Style = {"color": "#9d9d9d", "linewidth": 0.8, "zorder": 0.5}
 LINEAR_STYLE: Style = {"color": "#8a8a8a", "linewidth": 1.6, "linestyle": (0, (2, 1.5))}
 INTERVAL_STYLE: Style = {"facecolor": "#e3ebf5", "edgecolor": "none", "zorder": 0}
 
@@ -117,7 +121,9 @@ class Scale(NamedTuple):
 
 
 def draw_fit(result: FitResult) -> Figure:
-    """Return the figure of a fit: motion, residuals, friction force."""
+    """Return the figure of a fit: motion, residuals, friction force; or the curves."""
+    if result.curves:
+        return draw_fitted_curves(result)
     channels, t = result.channels, result.measurement.t
     part = shown_part(result)
     zoomed = part.stop - part.start < len(t)
@@ -143,6 +149,82 @@ def draw_fit(result: FitResult) -> Figure:
     return figure
 
 
+def draw_fitted_curves(result: FitResult) -> Figure:
+    """Return the figure of a fit to curves: each ratio over the frequency, and residuals."""
+    ratios = [channel.name for channel in result.channels]
+    heights = [CURVE, RESIDUAL] * len(ratios)
+    height = UNIT_HEIGHT * sum(heights)
+    figure, grid = style.panel_grid(len(heights), 1, height, height_ratios=heights)
+    for i, ratio in enumerate(ratios):
+        upper, lower = (figure.add_subplot(grid[2 * i + k]) for k in (0, 1))
+        curves = [curve for curve in result.curves if curve.ratio == ratio]
+        draw_ratio(upper, curves)
+        draw_relative_residuals(lower, curves, result.channels[i])
+        label = "frequency [Hz]" if i == len(ratios) - 1 else ""
+        every = np.concatenate([curve.frequency for curve in curves])
+        low, high = float(every.min()), float(every.max())
+        if low == high:
+            low, high = 0.5 * low, 2.0 * high
+        for axes, text in ((upper, ""), (lower, label)):
+            set_axis(axes, "x", text, low, high, spans_decade([low, high]))
+    style.finish_figure(figure, heading(result))
+    return figure
+
+
+def curve_styles(curves: Sequence[FittedCurve]) -> list[Style]:
+    """Return color and marker of each level, as those of the lines of a sweep."""
+    import matplotlib
+
+    colormap, last = matplotlib.colormaps["viridis"], max(len(curves) - 1, 1)
+    return [
+        {"color": colormap(COLORMAP_END * i / last), "marker": MARKERS[i % len(MARKERS)]}
+        for i in range(len(curves))
+    ]
+
+
+def draw_ratio(axes: Axes, curves: Sequence[FittedCurve]) -> None:
+    """Draw a ratio over the frequency: measured as markers, fitted as lines."""
+    metric = plotted(curves[0].ratio)
+    for curve, look in zip(curves, curve_styles(curves), strict=True):
+        axes.plot(
+            curve.frequency, curve.fitted, color=look["color"], linewidth=1.3,
+            label=f"fitted, {curve.level}",
+        )  # fmt: skip
+        axes.plot(
+            curve.frequency, curve.measured, **look, linestyle="none", markersize=4,
+            markerfacecolor="white", label=f"measured, {curve.level}", clip_on=False,
+        )  # fmt: skip
+    every = np.concatenate([[*curve.measured, *curve.fitted] for curve in curves])
+    positive = every[every > 0.0]
+    axes.axhline(1.0, **UNITY_STYLE)
+    is_log = len(positive) == len(every) and spans_decade(every.tolist())
+    low, high = (0.9 * float(positive.min()), 1.1) if is_log else (0.0, 1.05)
+    set_axis(axes, "y", "", low, max(high, 1.06 * float(every.max())), is_log)
+    axes.tick_params(labelbottom=False)
+    set_title(axes, metric.full_title)
+
+
+def draw_relative_residuals(
+    axes: Axes, curves: Sequence[FittedCurve], channel: ChannelFit
+) -> None:
+    """Draw measured minus fitted values, in percent of the measured ones."""
+    relative = [
+        100.0 * (curve.measured - curve.fitted) / np.where(curve.measured, curve.measured, 1.0)
+        for curve in curves
+    ]
+    noise = 100.0 * channel.noise
+    limit, beyond = axis_limit(np.concatenate(relative) / noise)
+    for curve, values, look in zip(curves, relative, curve_styles(curves), strict=True):
+        shown = np.clip(values, -limit * noise, limit * noise)
+        axes.plot(curve.frequency, shown, **look, linestyle="none", markersize=3, clip_on=False)
+    for side in (-NORMAL_95, NORMAL_95):
+        axes.axhline(side * noise, **NOISE_STYLE, label="±1.96 times the noise")
+    axes.set_ylim(-1.08 * limit * noise, 1.08 * limit * noise)
+    symbol = plotted(channel.name).symbol.partition(" ")[0]
+    remark = f", {beyond} beyond the axis" if beyond else ""
+    set_title(axes, f"residual of {symbol} [%], noise {format_number(noise, '%', 3)}{remark}")
+
+
 def heading(result: FitResult) -> style.Heading:
     """Return the heading: values with their intervals, then how well they fit."""
     metrics, (agree, starts) = result.metrics, result.starts
@@ -151,7 +233,8 @@ def heading(result: FitResult) -> style.Heading:
     held_out = metrics["fit_error_held_out"]
     if held_out is not None:
         parts.append(f"on the part held out {format_percent(held_out)}")
-    parts.append(f"{int(result.selected.sum())} samples fitted")
+    noun = "values" if result.curves else "samples"
+    parts.append(f"{int(result.selected.sum())} {noun} fitted")
     if starts > 1:
         parts.append(f"{agree} of {format_count(starts, 'start')} agree")
     return style.make_heading(result.source, values, "", ", ".join(parts))
@@ -184,7 +267,7 @@ def scale_of(result: FitResult, name: str) -> Scale:
 def shown_part(result: FitResult) -> slice:
     """Return the fitted interval with the largest motion, or all samples of a short record."""
     n, dt = len(result.measurement.t), result.measurement.dt
-    rig = result.source.fit is not None and result.source.fit.measured.is_rig
+    rig = result.source.fit is not None and result.source.fit.is_rig
     period = inf if rig else natural_period(result.scenario.oscillator.plant())
     count = max(ZOOM_PERIODS * period / dt, SHORTEST_SHOWN)
     if count > LONGEST_SHARE * n:

@@ -733,10 +733,10 @@ def column_factor(
     if full_scale is not None:
         sentence = "the samples are floating-point numbers, not fractions of full scale"
         raise columns.error(f"{sentence}; set `unit` instead of `full_scale`")
-    return _unit_factor(columns, index, unit, si, place)
+    return unit_factor(columns, index, unit, si, place)
 
 
-def _unit_factor(columns: Columns, index: int, unit: str | None, si: str, place: str) -> float:
+def unit_factor(columns: Columns, index: int, unit: str | None, si: str, place: str) -> float:
     """Return the factor from a column to SI, for samples with a unit."""
     label = columns.labels[index]
     wanted = None if unit is None else _parse_unit(columns, index, unit, si)

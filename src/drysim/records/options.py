@@ -243,11 +243,28 @@ class InFile(Block):
             return path
         return self._folder / self.file.replace("\\", "/")
 
+    @property
+    def named(self) -> str:
+        """File name as in the scenario, but never an absolute path, for use in results."""
+        return Path(self.file).name if Path(self.file).is_absolute() else self.file
+
     def file_from(self, folder: Path) -> str:
         """Return the path of the record relative to another folder."""
         path = self.path
         here = os.path.join(os.path.realpath(path.parent), path.name)
         return system.relative_path(here, os.path.realpath(folder))
+
+
+class RatioTable(InFile):
+    """Ratios over frequency, as columns of a file."""
+
+    skip: Annotated[int, Field(strict=True, ge=0, le=MAX_SKIPPED_ROWS)] = 0
+    """Rows to skip at the top of a text file [-]; default 0."""
+    rows: Rows | None = None
+    """The rows of a text file that are used, such as `{from: 4, to: 28}` or
+    `{where: {level: "0.5"}}`; default: all below the header."""
+    frequency: Column
+    """Column of the frequencies, in Hz unless the header has another unit."""
 
 
 class Recorded(InFile):
@@ -381,11 +398,6 @@ class Recorded(InFile):
     def with_file(self, file: str) -> Self:
         """Return the same block for another file, not validated."""
         return self.model_copy(update={"file": file})
-
-    @property
-    def named(self) -> str:
-        """File name as in the scenario, but never an absolute path, for use in results."""
-        return Path(self.file).name if Path(self.file).is_absolute() else self.file
 
 
 class Measured(Block):

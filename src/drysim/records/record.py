@@ -8,7 +8,7 @@ so that a record may be larger than memory.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from math import ceil, floor
@@ -50,11 +50,19 @@ from drysim.records.columns import (
     record_error,
     scaled,
     slice_signal,
+    unit_factor,
 )
 from drysim.records.formats import open_with_format
 from drysim.records.layout import row_warnings
 from drysim.records.level import GRAVITY, Level, measure_level
-from drysim.records.options import NOTHING, Recorded, RecordedMotion, Removal, Window
+from drysim.records.options import (
+    NOTHING,
+    RatioTable,
+    Recorded,
+    RecordedMotion,
+    Removal,
+    Window,
+)
 from drysim.records.text import redact_quotes
 from drysim.records.warnings import (
     artefact_warnings,
@@ -217,6 +225,54 @@ def read_samples(record: Recorded) -> tuple[Floats, Floats]:
     return t[used], values[used]
 
 
+class Ratios(NamedTuple):
+    """A column of ratios over frequency: the rows that have both."""
+
+    frequency: Floats
+    """Frequencies [Hz], as in the file."""
+    values: Floats
+    """Ratios [-]."""
+    resolution: float
+    """Unit of the last printed digit [-]; 0 for binary numbers."""
+
+
+def read_ratios(
+    table: RatioTable, names: Sequence[str | int]
+) -> tuple[tuple[Ratios, ...], Input]:
+    """Read columns of ratios over frequency; rows without a ratio are left out.
+
+    Raises
+    ------
+    RecordError
+        If the file cannot be read, or a frequency or ratio is not above zero.
+    """
+    ratios = []
+    with _open_columns(table) as (columns, file):
+        f = columns.find(table.frequency)
+        hertz = unit_factor(columns, f, None if columns.labels[f].unit else "Hz", "Hz", "")
+        for name in names:
+            index = columns.find(name)
+            if index == f:
+                sentence = f"{columns.describe_column(index)} is both frequency and ratio"
+                raise columns.error(f"{sentence}; there are: {columns.names()}")
+            if columns.labels[index].unit == "dB":
+                sentence = "is in dB: write the ratio, 10^(dB/20)"
+                raise columns.error(f"{columns.describe_column(index)} {sentence}", index)
+            unit = None if columns.labels[index].unit else "-"
+            scale = unit_factor(columns, index, unit, "", "")
+            frequency, values = (series[:] for series in columns.numbers([f, index], index))
+            used = np.isfinite(values)
+            for column, series in ((f, frequency), (index, values)):
+                for row in np.flatnonzero(used & ~(series > 0.0))[:1].tolist():
+                    what = "a frequency" if column == f else "a ratio of RMS values"
+                    hint = "" if column == f else "; of values in dB write 10^(dB/20)"
+                    sentence = f"{what} must be above 0, not {float(series[row]):.6g}{hint}"
+                    raise columns.error_at(row, column, sentence)
+            resolution = scale * columns.printed_resolution(index)
+            ratios.append(Ratios(hertz * frequency[used], scale * values[used], resolution))
+        return tuple(ratios), Input(table.named, file.sha256, len(file.reader))
+
+
 def _check_range(values: Signal, dt: float, display_path: str, name: str = "ü") -> None:
     """Raise for samples out of range; NaN fails the comparison, too."""
     within = all(
@@ -242,7 +298,7 @@ def find_column(record: Recorded) -> tuple[int, str]:
 
 
 @contextmanager
-def _open_columns(record: Recorded) -> Iterator[tuple[Columns, RecordFile]]:
+def _open_columns(record: Recorded | RatioTable) -> Iterator[tuple[Columns, RecordFile]]:
     """Open the file of a record; errors about a symbolic link quote no line of its target."""
     file, member = open_with_format(record.path)
     try:

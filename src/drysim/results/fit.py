@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,9 +26,10 @@ from drysim.results.tables import (
     write_csv,
 )
 from drysim.scenario.draws import DRAWS_FILE
-from drysim.scenario.fit import CHANNEL_UNITS
+from drysim.scenario.fit import CHANNEL_UNITS, Curve
 from drysim.scenario.text import describe_scene, short_key
 from drysim.study.fit import FitResult, MetricInterval, format_profile_interval, interval_digits
+from drysim.study.fit_curves import format_level
 from drysim.study.fit_law import EXACT, ChannelFit, Parameter
 from drysim.study.summary import BAD, Note, Row, Summary
 from drysim.wording import (
@@ -38,6 +39,7 @@ from drysim.wording import (
     format_percent,
     format_range,
     format_unit,
+    join_words,
 )
 
 if TYPE_CHECKING:
@@ -80,17 +82,20 @@ def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:
     """Yield label and sentence: what was measured, and what was fitted to it."""
     measurement, fit = result.measurement, result.source.fit
     assert fit is not None, "a fit has a fit block"
+    if result.curves:
+        yield from curve_scene(result)
+        return
     names = ", ".join(channel.name for channel in result.channels)
     count = format_count(len(measurement.t), "sample")
     rate = format_number(1.0 / measurement.dt, "Hz")
-    yield "measured", f"{names} of {wording.sanitise(fit.measured.file)}, {count} at {rate}"
+    yield "measured", f"{names} of {wording.sanitise(fit.response.file)}, {count} at {rate}"
     end = format_number(result.fitted_end, "s")
     held_out = len(measurement.t) - len(result.selected)
     rest = f"; the rest, {format_count(held_out, 'sample')}, is held out" if held_out else ""
     left = len(result.selected) - int(result.selected.sum())
     events = f", without {format_count(left, 'sample')} next to events" if left else ""
     yield "fitted", f"up to {end}{events}{rest}"
-    if fit.measured.is_rig:
+    if fit.is_rig:
         force = "; the force contains those of spring and damper" * result.spring_in_force
         yield "motion", f"imposed, as on a friction rig{force}"
     else:
@@ -106,6 +111,40 @@ def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:
         return
     scenario = result.scenario
     yield from describe_scene(scenario, scenario.oscillator.plant(), scenario.law())
+
+
+def curve_scene(result: FitResult) -> Iterator[tuple[str, str]]:
+    """Yield label and sentence: the measured curves, and what was fitted to them."""
+    fit, curves = result.source.fit, result.curves
+    assert fit is not None, "a fit has a fit block"
+    ratios = join_words([*dict.fromkeys(curve.ratio for curve in curves)])
+    files = join_words([*dict.fromkeys(each.file for each in result.inputs)])
+    count = format_count(sum(len(curve.measured) for curve in curves), "value")
+    yield "measured", f"{ratios} of {wording.sanitise(files)}, {count}"
+    levels = describe_levels(fit.curves or ())
+    ends = [float(f) for curve in curves for f in curve.frequency[[0, -1]]]
+    yield "base", f"sines of {levels}, {format_range(min(ends), max(ends), 'Hz')}"
+    left = len(result.selected) - int(result.selected.sum())
+    outliers = f", without {format_count(left, 'outlier')}" if left else ""
+    at_rest = (result.source.start.x_r, result.source.start.v_r) == (0.0, 0.0)
+    start = "from rest" if at_rest else "from the stated start"
+    yield "fitted", f"the steady motion {start}{outliers}"
+    if not result.is_useless:
+        scenario = result.scenario
+        yield from describe_scene(scenario, scenario.oscillator.plant(), scenario.law())
+
+
+def describe_levels(curves: Sequence[Curve]) -> str:
+    """Return the levels of curves, those of one kind together: `0.5 and 1 m/s² RMS`."""
+    values: dict[str, list[float]] = {}
+    for curve in curves:
+        key, value = curve.level
+        values.setdefault(key, []).append(value)
+    named = {
+        key: join_words([format_number(value) for value in dict.fromkeys(several)])
+        for key, several in values.items()
+    }
+    return join_words([format_level(key, listed) for key, listed in named.items()])
 
 
 def parameter_rows(result: FitResult) -> Iterator[Row]:
@@ -197,7 +236,9 @@ def _describe_error(channel: ChannelFit) -> str:
     parts = []
     if channel.error_held_out is not None:
         parts.append(f"held out {format_percent(channel.error_held_out)}")
-    if channel.error > EXACT:
+    if channel.error > EXACT and channel.name not in CHANNEL_UNITS:  # of curves
+        parts.append(f"noise {format_percent(channel.noise)} of each value")
+    elif channel.error > EXACT:
         noise = format_number(channel.noise, CHANNEL_UNITS[channel.name], 3)
         parts.append(f"residuals {noise} RMS beside events")
     return "; ".join(parts)
@@ -255,8 +296,36 @@ def write_draws_csv(result: FitResult, file: Path) -> None:
     write_csv(file, headers, [format_rows(columns.values())])
 
 
+CURVE_COLUMNS = (
+    "ratio", "a_u", "frequency", "measured", "fitted", "residual", "stuck_share",
+)  # fmt: skip
+"""Columns of curves.csv."""
+
+
+def write_curves_csv(result: FitResult, file: Path) -> None:
+    """Write curves.csv of a fit to curves: each value as measured and as fitted."""
+    if not result.curves:
+        return
+    rows = [
+        [quote_cell(curve.ratio), *map(format_cell, map(float, numbers))]
+        for curve in result.curves
+        for numbers in zip(
+            curve.rms, curve.frequency, curve.measured, curve.fitted,
+            curve.measured - curve.fitted, curve.stuck, strict=True,
+        )
+    ]  # fmt: skip
+    units = ("", "m/s2", "Hz", "-", "-", "-", "-")
+    header = [
+        f"{name} [{unit}]" if unit else name
+        for name, unit in zip(CURVE_COLUMNS, units, strict=True)
+    ]
+    write_csv(file, header, [join_cells(rows)])
+
+
 def write_residuals_csv(result: FitResult, file: Path) -> None:
     """Write residuals.csv: each channel as measured and as fitted, and which samples count."""
+    if result.curves:
+        return
     measurement, columns = result.measurement, {"t [s]": result.measurement.t}
     for channel in result.channels:
         name, unit = channel.name, COLUMN_UNITS[channel.name]
@@ -284,6 +353,9 @@ def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
         "held_out_from": result.fitted_end,
         "starts": {"total": total, "agree": agree},
     }
+    if result.curves:
+        numerics["method"] = "least squares on periodic orbits"
+        del numerics["step"], numerics["held_out_from"]
     fields = {
         "parameters": [parameter._asdict() for parameter in result.parameters],
         "correlations": [
@@ -313,6 +385,7 @@ FIT = Kind(
         File("fit.csv", write_fit_csv, numbers=FIT_NUMBERS),
         File("residuals.csv", write_residuals_csv),
         File(DRAWS_FILE, write_draws_csv),
+        File("curves.csv", write_curves_csv),
         File(FITTED_FILE, lambda result, file: write_scenario(result.scenario, file)),
     ),
     pictures=(

@@ -59,6 +59,10 @@ def _named_files(block: Block, keys: KeyPath) -> Iterator[tuple[KeyPath, Path]]:
     for name in type(block).model_fields:
         if isinstance(inner := getattr(block, name), Block):
             yield from _named_files(inner, (*keys, name))
+        elif isinstance(inner, tuple):
+            for i, part in enumerate(inner):
+                if isinstance(part, Block):
+                    yield from _named_files(part, (*keys, name, i))
 
 
 def file_hashes(scenario: Scenario) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""The fit block of a scenario: a measured response, and the keys that are fitted to it.
+"""The fit block of a scenario: a measured response, or measured curves, and the free keys.
 
 The values of free keys may be missing from the file: `with_placeholders` fills them in so that
 the scenario can be validated, and `missing_values` names them, since no other command can use
@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from math import inf
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
+import numpy as np
 from pydantic import (
     AfterValidator,
     BeforeValidator,
@@ -21,6 +22,7 @@ from pydantic import (
 )
 
 from drysim.block import Block, InvalidValue
+from drysim.core.model import Floats
 from drysim.messages import closest_match, did_you_mean, format_value, name_hint
 from drysim.quantity import Dimensionless, Frequency, Quantity, Time
 from drysim.records import SI
@@ -30,6 +32,7 @@ from drysim.records.options import (
     Gaps,
     InFile,
     PositiveTime,
+    RatioTable,
     Recorded,
     RemovalOption,
     Resample,
@@ -66,11 +69,23 @@ SAME_PLACEHOLDER = {
 FITTED_BLOCKS = ("oscillator", "friction", "stroke", "start", "measured")
 """Blocks whose keys can be fitted: those of the oscillator itself, and of its measurement."""
 
+BLOCKS_OF_CURVES = ("oscillator", "friction")
+"""Blocks whose keys can be fitted to curves."""
+
 CHANNELS = {"x_dd": "acceleration", "x_r": "displacement", "v_r": "velocity", "F_f": "force"}
 """Measured quantity of each channel."""
 
 CHANNEL_UNITS = {name: SI[quantity] for name, quantity in CHANNELS.items()}
 """SI unit of each channel."""
+
+RATIOS = ("T_a", "T_x")
+"""Measured ratios of a curve: metrics of a steady motion."""
+
+LEVELS = ("rms", "amplitude", "velocity", "displacement")
+"""Keys of which one states the level of the base motion of a curve."""
+
+LEVEL_UNITS = dict(zip(LEVELS, ("m/s²", "m/s²", "m/s", "m"), strict=True))
+"""Their units."""
 
 DEFAULT_HOLD_OUT = 0.3
 """Share of a record at its end that is not fitted, by default."""
@@ -256,6 +271,45 @@ class MeasuredResponse(Measurements):
         return self.F_f is not None
 
 
+class Curve(RatioTable):
+    """Transmissibility over frequency at one level of the base motion, as a table in a file.
+
+    The base motion of each row is a sine of the stated level.
+    """
+
+    T_a: Column | None = None
+    """Column of T_a, the RMS acceleration of the mass over that of the base; a ratio, or % by
+    the header."""
+    T_x: Column | None = None
+    """Column of T_x, the RMS relative displacement over that of the base; the same."""
+    rms: Annotated[float, Quantity("m/s²", above=0)] | None = None
+    """RMS value of the base acceleration [m/s²], the same at all frequencies."""
+    amplitude: Annotated[float, Quantity("m/s²", above=0)] | None = None
+    """Amplitude of the base acceleration [m/s²], √2 times `rms`."""
+    velocity: Annotated[float, Quantity("m/s", above=0)] | None = None
+    """Amplitude of the base velocity [m/s], the same at all frequencies."""
+    displacement: Annotated[float, Quantity("m", above=0)] | None = None
+    """Amplitude of the base displacement [m], the same at all frequencies."""
+
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = (LEVELS,)
+    any_of: ClassVar[tuple[tuple[str, ...], ...]] = (RATIOS,)
+
+    @property
+    def level(self) -> tuple[str, float]:
+        """Key and value of the level, in SI."""
+        key = next(key for key in LEVELS if getattr(self, key) is not None)
+        return key, getattr(self, key)
+
+    def base_rms(self, frequency: Floats) -> Floats:
+        """Return the RMS value of the base acceleration at each frequency [m/s²]."""
+        key, value = self.level
+        if key == "rms":
+            return np.full(len(frequency), value)
+        power = {"amplitude": 0, "velocity": 1, "displacement": 2}[key]
+        rms: Floats = value * (2.0 * np.pi * frequency) ** power / np.sqrt(2.0)
+        return rms
+
+
 class Noise(Block):
     """Standard deviation of the noise in each channel, where it is known."""
 
@@ -303,14 +357,26 @@ def _known_law(name: str) -> str:
     return name
 
 
+EXAMPLE_MEASURED = "`measured: {file: seat.csv, time: t, x_dd: seat}`"
+EXAMPLE_CURVES = "`curves: [{file: lab.csv, frequency: f, T_a: T, rms: 0.5 m/s2}]`"
+
+NOT_OF_CURVES = {
+    "laws": "they are fitted under the law of the file",
+    "hold_out": "all their rows are fitted",
+    "noise": "their noise follows from the residuals",
+}
+"""Keys that a fit to curves refuses, and why."""
+
 LawName = Annotated[str, AfterValidator(_known_law), WithJsonSchema({"enum": list(LAWS)})]
 
 
 class Fit(Block):
-    """What `drysim fit` fits, and to which measurement."""
+    """What `drysim fit` fits, and to which measurement: `measured` or `curves`."""
 
-    measured: MeasuredResponse
+    measured: MeasuredResponse | None = None
     """The measured response."""
+    curves: Annotated[tuple[Curve, ...], Field(min_length=1)] | None = None
+    """Measured curves of transmissibility, one for each level, instead of `measured`."""
     free: Free
     """Keys to fit: dotted keys of this file, each with `{}` or with `start`, `from` and `to`.
     Values need not be given elsewhere in the file."""
@@ -322,6 +388,39 @@ class Fit(Block):
     noise: Noise | None = None
     """Standard deviation of the noise; default: estimated from the residuals."""
 
+    @property
+    def response(self) -> MeasuredResponse:
+        """The measured response, of a fit to one."""
+        assert self.measured is not None, "only a fit to curves has no response"
+        return self.measured
+
+    @property
+    def is_rig(self) -> bool:
+        """Whether the measurement is that of a friction rig, without dynamics."""
+        return self.measured is not None and self.measured.is_rig
+
+    @model_validator(mode="after")
+    def _check_measurement(self) -> Self:
+        if self.measured is not None and self.curves is not None:
+            raise InvalidValue(
+                "stands beside `measured`; a fit is to one of them: remove one", "curves"
+            )
+        if self.measured is None and self.curves is None:
+            raise InvalidValue(
+                f"needs the measurement: {EXAMPLE_MEASURED}, or {EXAMPLE_CURVES}"
+            )
+        if self.curves is None:
+            return self
+        for key in NOT_OF_CURVES:
+            if key in self.model_fields_set:
+                raise InvalidValue(f"has no meaning for curves; {NOT_OF_CURVES[key]}", key)
+        for key in self.free:
+            if key.partition(".")[0] not in BLOCKS_OF_CURVES:
+                blocks = join_words(BLOCKS_OF_CURVES, "or")
+                sentence = f"is not fitted to curves, only keys of {blocks} are"
+                raise InvalidValue(sentence, "free", key)
+        return self
+
     @model_validator(mode="after")
     def _check_laws(self) -> Self:
         for i, law in enumerate(self.laws):
@@ -331,8 +430,8 @@ class Fit(Block):
 
     @model_validator(mode="after")
     def _check_noise(self) -> Self:
-        for name in CHANNELS:
-            if getattr(self.noise, name, None) and name not in self.measured.channels:
+        for name in CHANNELS if self.measured is not None else ():
+            if getattr(self.noise, name, None) and name not in self.response.channels:
                 raise InvalidValue("is not measured", "noise", name)
         return self
 

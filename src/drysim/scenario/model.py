@@ -427,7 +427,12 @@ class Scenario(FromFile):
         values = self.model_dump(by_alias=True, exclude_none=True, mode="json")
         values["excitation"] = {"kind": self.excitation.kind} | values["excitation"]
         if self.fit is not None and relative_to is not None:
-            values["fit"]["measured"]["file"] = self.fit.measured.file_from(relative_to)
+            if self.fit.measured is not None:
+                values["fit"]["measured"]["file"] = self.fit.measured.file_from(relative_to)
+            for curve, block in zip(
+                self.fit.curves or (), values["fit"].get("curves", ()), strict=True
+            ):
+                block["file"] = curve.file_from(relative_to)
         if self.assess is not None and relative_to is not None:
             runs = self.assess.measured
             first, *more = [runs.of_file(file).file_from(relative_to) for file in runs.files]

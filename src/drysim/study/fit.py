@@ -53,6 +53,14 @@ from drysim.scenario.keys import fields_by_key
 from drysim.scenario.laws import LAWS
 from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.study.budget import case_cost
+from drysim.study.fit_curves import (
+    CurveFit,
+    CurveModel,
+    FittedCurve,
+    build_curve_model,
+    check_sliding,
+    fit_curves,
+)
 from drysim.study.fit_draws import Draws, draw, draws_warnings, with_metrics
 from drysim.study.fit_law import (
     MAX_RESTARTS,
@@ -168,6 +176,8 @@ class FitResult(Result):
         Joint draws of the values, with the metrics of their motions.
     metrics : dict
         `fit_error` and `fit_error_held_out`, and those of the fitted motion.
+    curves : tuple of FittedCurve
+        Measured and fitted curves, of a fit to curves.
     spring_in_force : bool
         Whether the force of a rig contains those of spring and damper.
     checks : tuple of Verdict
@@ -191,6 +201,7 @@ class FitResult(Result):
     profiles: tuple[Profile, ...]
     draws: Draws
     metrics: Values
+    curves: tuple[FittedCurve, ...] = ()
     spring_in_force: bool = False
     checks: tuple[Verdict, ...] = ()
     warnings: tuple[WarningMessage, ...] = ()
@@ -302,7 +313,10 @@ def prepare_fit(scenario: Scenario) -> list[FitModel]:
         As `fit` does, for all that is found without a fit.
     """
     require_fit(scenario)
-    first = build_model(scenario)
+    first = read_model(scenario)
+    if isinstance(first, CurveModel):
+        check_sliding(first)
+        return [first]
     choose_engine(case_cost(first.case), first.case.kernels)
     check_motion(first)
     names, read = fit_of(scenario).laws, (first.motion, first.measurement)
@@ -324,10 +338,10 @@ def solve(
 
     A store keeps the finished steps, and has those of an interrupted fit.
     """
-    names, end = fit_of(scenario).laws, fitted_end(scenario, models[0].measurement)
+    names = fit_of(scenario).laws
     with WorkerPool(worker_count(workers)) as pool:
         steps = Steps(pool, store)
-        fits = [fit_law(model, end, steps, finished) for model in models]
+        fits = [fit_model(model, steps, finished) for model in models]
         for left in range(MAX_RESTARTS, -1, -1):
             scores = score_laws(names, fits)
             best = names.index(scores[0].law) if scores else 0
@@ -337,7 +351,9 @@ def solve(
             if better is None:
                 break
             fits[best] = better
-        reported = with_best_static_limit(fits[best], profiles)
+        reported = fits[best]
+        if not isinstance(reported, CurveFit) or not reported.sticks:
+            reported = with_best_static_limit(reported, profiles)
         draws = draw(fits[best], reported, profiles, steps)
         case = prepare(fitted_scenario(reported)) if needs_motion(scenario) else None
         metrics = {} if case is None else dict(measure_case(case)[0])
@@ -350,12 +366,32 @@ def solve(
 
 def is_rig(scenario: Scenario) -> bool:
     """Return whether the measurement is that of a rig, which has no motion of its own."""
-    return fit_of(scenario).measured.is_rig
+    return fit_of(scenario).is_rig
 
 
 def needs_motion(scenario: Scenario) -> bool:
     """Return whether the metrics of the fitted motion are shown or judged."""
     return bool(scenario.checks) or not is_rig(scenario)
+
+
+def read_model(scenario: Scenario) -> FitModel:
+    """Read what is measured, and return the model under the law of the file.
+
+    Raises
+    ------
+    RecordError, ScenarioError
+        As `build_model` does.
+    """
+    is_of_curves = fit_of(scenario).curves is not None
+    return build_curve_model(scenario) if is_of_curves else build_model(scenario)
+
+
+def fit_model(model: FitModel, steps: Steps, finished: Callable[[int], None]) -> LawFit:
+    """Return the best solution for one model; `finished` is called with 1 for each start."""
+    if isinstance(model, CurveModel):
+        return fit_curves(model, steps, finished)
+    end = fitted_end(model.scenario, model.measurement)
+    return fit_law(model, end, steps, finished)
 
 
 def require_fit(scenario: Scenario) -> None:
@@ -382,7 +418,7 @@ def count_steps(scenario: Scenario) -> int:
 def check_motion(model: FitModel) -> None:
     """Raise SolverError if the mass does not move relative to the base, beyond the noise."""
     channels = model.measurement.channels
-    if model.fit.measured.is_rig:
+    if model.fit.is_rig:
         return
     for name, values in channels.items():
         signal = values - model.base() if name == "x_dd" else values
@@ -475,6 +511,7 @@ def describe_fit(
         prediction=law_fit.prediction,
         selected=law_fit.solution.mask,
         fitted_end=law_fit.first.end,
+        curves=tuple(law_fit.curves) if isinstance(law_fit, CurveFit) else (),
         parameters=parameters,
         correlations=tuple(correlations(law_fit, parameters)),
         channels=law_fit.channels,
@@ -491,7 +528,7 @@ def describe_fit(
         ),
         draws=draws,
         metrics=metrics,
-        spring_in_force=model.fit.measured.is_rig and model.spring_in_force,
+        spring_in_force=model.fit.is_rig and model.spring_in_force,
         checks=tuple(check.judge(metrics) for check in source.checks),
         warnings=(
             *warnings,
@@ -562,22 +599,21 @@ def fitted_scenario(law_fit: LawFit) -> Scenario:
 
 def reason_of(law_fit: LawFit, group: tuple[int, ...]) -> str:
     """Return why the record does not determine a parameter, or those of a group."""
-    model, fitted = law_fit.model, law_fit.prediction
+    model = law_fit.model
     named = [model.parameters[j].key for j in group]
     if len(named) > 1:
         mass = ", usually the mass" if "oscillator.mass" in named else ""
         return f"only the ratios of {join_words(named)} follow; state one of them{mass}"
-    span = format_number(float(model.measurement.t[-1]), "s")
     if is_without_stops(law_fit, named[0]):
-        return f"the mass never sticks in {span}, so that its value does not matter here"
-    if (fitted.mode == 0).all():
-        return f"the fitted mass never slides in {span}"
-    return "it has no effect on this record beyond the noise"
+        return f"the mass never sticks {model.extent}, so that its value does not matter here"
+    if not law_fit.slides:
+        return f"the fitted mass never slides {model.extent}"
+    return f"it has no effect on {model.subject} beyond the noise"
 
 
 def is_without_stops(law_fit: LawFit, key: str) -> bool:
     """Return whether a key is a static limit, and the fitted mass never sticks."""
-    return key.startswith(STATIC_PATHS) and not (law_fit.prediction.mode == 0).any()
+    return key.startswith(STATIC_PATHS) and not law_fit.sticks
 
 
 def correlations(

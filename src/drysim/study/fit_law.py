@@ -185,6 +185,16 @@ class LawFit:
         assert solved is not None, "the solution was solved before"
         return solved.prediction(tuple(CHANNELS))
 
+    @property
+    def sticks(self) -> bool:
+        """Whether the fitted mass sticks at times."""
+        return bool((self.prediction.mode == 0).any())
+
+    @property
+    def slides(self) -> bool:
+        """Whether the fitted mass slides at times."""
+        return bool((self.prediction.mode != 0).any())
+
     def residuals(self, name: str, offset: float | None) -> Floats:
         """Return the measured minus the fitted samples of a channel; 0 beyond the motion."""
         measured, fitted = self.model.measurement.channels[name], self.prediction

@@ -11,14 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, Self, TypeVar
+from typing import ClassVar, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.model import Floats
 from drysim.scenario.model import STATIC_PATHS
-from drysim.study.fit_model import UNCERTAIN, FitModel, Solved
+from drysim.study.fit_model import UNCERTAIN, Computed, FitModel
 from drysim.study.starting_values import integrate, noise_level, remove_drift
 
 Mask = NDArray[np.bool_]
@@ -263,6 +263,9 @@ class LeastSquares:
     noise: dict[str, float]
     """Noise of each channel, by which residuals are divided."""
 
+    leaves_out_events: ClassVar[bool] = True
+    """Whether samples next to an event are left out of a fit."""
+
     @classmethod
     def starting_from(cls, model: FitModel, end: float, start: Floats) -> Self:
         """Return the residuals in units of the signals, scaled by a start in SI."""
@@ -296,17 +299,17 @@ class LeastSquares:
         low, high = self.model.bounds
         return low / self.scale, high / self.scale
 
-    def solve(self, x: Floats) -> Solved | None:
+    def solve(self, x: Floats) -> Computed | None:
         """Return the motion at scaled parameters."""
         return self.model.solve(np.clip(x * self.scale, *self.model.bounds), self.end)
 
     def slopes(
-        self, solved: Solved | None, integrated: bool = False
+        self, solved: Computed | None, integrated: bool = False
     ) -> dict[str, Floats] | None:
         """Return the derivatives of the channels by the scaled parameters, shape (p, n).
 
         None where they are not known in closed form, or not finite; `integrated` as in
-        `Solved.slopes`.
+        `Computed.slopes`.
         """
         if solved is None:
             return None
@@ -316,7 +319,7 @@ class LeastSquares:
             return None
         return {name: rows * self.scale[:, None] for name, rows in slopes.items()}
 
-    def differences(self, solved: Solved | None) -> dict[str, Floats]:
+    def differences(self, solved: Computed | None) -> dict[str, Floats]:
         """Return computed minus measured channels; large if the scene cannot be solved."""
         if solved is None:
             return {name: 10.0 * np.abs(row) + 1.0 for name, row in self.measured.items()}
@@ -330,7 +333,7 @@ class LeastSquares:
         """Return differences without the offset of their channel, if it is unknown."""
         return difference - difference[mask].mean() if self.model.has_offset else difference
 
-    def residuals(self, solved: Solved | None, mask: Mask) -> Floats:
+    def residuals(self, solved: Computed | None, mask: Mask) -> Floats:
         """Return the residuals of the selected samples in units of the noise."""
         differences = self.differences(solved).items()
         return np.concatenate(
@@ -411,15 +414,15 @@ class LeastSquares:
         here = self.solve(x)
         if here is None:
             return self.all_samples
-        mode = here.places.mode
+        mode = here.modes
         mask: Mask = mode < UNCERTAIN
-        if self.model.fit.measured.is_rig:
+        if self.model.fit.is_rig:
             mask &= mode != 0  # the force at rest is not that of a law
         for step in np.diag(steps):
             for x_near in (x + step, x - step):
                 near = self.solve(x_near)
                 if near is not None:
-                    mask &= near.places.mode == mode
+                    mask &= near.modes == mode
         return mask
 
     def robust_level(self) -> float:
@@ -432,7 +435,7 @@ class LeastSquares:
 
     def coarse(self, x: Floats) -> Floats:
         """Return the solution of the coarse fit."""
-        if self.model.fit.measured.is_rig:
+        if self.model.fit.is_rig:
             return x
         return minimise(
             self.integrated, x, COARSE_STEP, self.bounds, COARSE_CALLS, COARSE_SCALE, 1e-3

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, product
 from math import ceil, floor
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,6 +197,26 @@ class Places(NamedTuple):
         return rate
 
 
+class Computed(Protocol):
+    """What is compared with the measurement, with some values of the free keys."""
+
+    @property
+    def values(self) -> Floats:
+        """Values of the free keys, shape (p,)."""
+
+    @property
+    def modes(self) -> NDArray[np.int8]:
+        """Mode of each sample, as in `Prediction`."""
+
+    def prediction(self, names: tuple[str, ...]) -> Prediction:
+        """Return the computed channels."""
+
+    def slopes(
+        self, sizes: Floats, names: tuple[str, ...], integrated: bool = False
+    ) -> dict[str, Floats] | None:
+        """Return the derivatives of channels by the values, as of `Solved`."""
+
+
 @dataclass(frozen=True, eq=False)
 class Solved:
     """The motion with some values of the free keys."""
@@ -209,10 +229,15 @@ class Solved:
     places: Places
     """Places of the measured instants."""
 
+    @property
+    def modes(self) -> NDArray[np.int8]:
+        """As in `Prediction`."""
+        return self.places.mode
+
     @cached_property
     def with_spring(self) -> bool:
         """Whether the force of a rig contains those of spring and damper."""
-        return self.model.fit.measured.is_rig and self.model.spring_in_force
+        return self.model.fit.is_rig and self.model.spring_in_force
 
     def prediction(self, names: tuple[str, ...]) -> Prediction:
         """Return the computed channels."""
@@ -322,14 +347,24 @@ class FitModel:
     def compared(self) -> tuple[str, ...]:
         """Channels that are compared; the motion of a rig is imposed."""
         channels = self.measurement.channels
-        return ("F_f",) if self.fit.measured.is_rig else tuple(channels)
+        return ("F_f",) if self.fit.is_rig else tuple(channels)
 
     @cached_property
     def fixed_start(self) -> tuple[str, ...]:
         """Keys of the start state that are not fitted; none for a rig, which imposes it."""
         fitted = {p.key for p in self.parameters}
-        is_rig = self.fit.measured.is_rig
+        is_rig = self.fit.is_rig
         return () if is_rig else tuple(key for key in START_KEYS if key not in fitted)
+
+    @property
+    def extent(self) -> str:
+        """The time that is measured, for the remarks on what it does not determine."""
+        return f"in {format_number(float(self.measurement.t[-1]), 's')}"
+
+    @property
+    def subject(self) -> str:
+        """What is measured, for the same remarks."""
+        return "this record"
 
     @property
     def stated_start(self) -> list[str]:
@@ -377,12 +412,12 @@ class FitModel:
 
     def moved(self, scene: Trial) -> Trial:
         """Return the scene whose motion is computed: a rig has no dynamics."""
-        if not self.fit.measured.is_rig:
+        if not self.fit.is_rig:
             return scene
         start = self._imposed_start(scene.start.x_r)
         return scene._replace(plant=Plant(RIG_MASS, 0.0, 0.0), start=start)
 
-    def solve(self, values: Floats, end: float | None = None) -> Solved | None:
+    def solve(self, values: Floats, end: float | None = None) -> Computed | None:
         """Return the motion with some values of the free keys, shape (p,).
 
         It has the samples up to the time `end` [s]; default: all of them. None if the scene
@@ -396,7 +431,7 @@ class FitModel:
         delay = self.point(values).get(DELAY_KEY)
         stated = delay is None
         if delay is None:
-            delay = self.fit.measured.delay
+            delay = self.fit.response.delay
         end_of_motion = np.inf
         if isinstance(self.motion, Samples):
             end_of_motion = (len(self.motion.u_dd) - 1) * self.motion.dt
@@ -406,7 +441,7 @@ class FitModel:
             response = self.case.approach.solve(plant, law, self.motion, start, step, length)
         except SolverError:
             return None
-        if delay == 0.0 and stated and not self.fit.measured.is_rig:
+        if delay == 0.0 and stated and not self.fit.is_rig:
             places = Places.at_points(response, measured.first, measured.stride, len(t))
         else:
             places = Places.between_points(response, (t - delay) / step)
@@ -491,7 +526,7 @@ class FitModel:
 
     def _closed_forms(self) -> list[dict[str, float]]:
         """Return starting values of mass, spring, damper and friction; at least one."""
-        if self.fit.measured.is_rig:
+        if self.fit.is_rig:
             return self._starts_of_rig()
         motion = self.kinematics
         m, k_x, b = self.case.plant
@@ -560,7 +595,7 @@ class FitModel:
 
     def base(self) -> Floats:
         """Return the base acceleration at the measured instants [m/s²]."""
-        t, motion = self.measurement.t - self.fit.measured.delay, self.motion
+        t, motion = self.measurement.t - self.fit.response.delay, self.motion
         if isinstance(motion, Samples):
             u_dd = motion.u_dd[:]
             return np.interp(t, np.arange(len(u_dd)) * motion.dt, u_dd)
@@ -616,7 +651,7 @@ class FitModel:
 
     def _first_state(self, closed_form: Mapping[str, float]) -> State:
         """Return the first relative motion: as measured, or what balances the first force."""
-        if self.fit.measured.is_rig:
+        if self.fit.is_rig:
             return State(0.0, 0.0)
         motion = self.kinematics
         x_r, v_r = (float(series[0]) for series in self.relative_motion)
@@ -653,7 +688,7 @@ def fit_of(scenario: Scenario) -> Fit:
 
 def is_decay(scenario: Scenario) -> bool:
     """Return whether a free decay is fitted, on a base at rest; a rig imposes its motion."""
-    return scenario.excitation.kind == "rest" and not fit_of(scenario).measured.is_rig
+    return scenario.excitation.kind == "rest" and not fit_of(scenario).is_rig
 
 
 def build_model(scenario: Scenario) -> FitModel:
@@ -667,26 +702,26 @@ def build_model(scenario: Scenario) -> FitModel:
         If a free key has no start.
     """
     fit = fit_of(scenario)
-    if is_decay(scenario) and (fit.measured.delay or DELAY_KEY in fit.free):
+    if is_decay(scenario) and (fit.response.delay or DELAY_KEY in fit.free):
         sentence = f"{DELAY_KEY}: nothing lags behind a base at rest; remove it"
         keys = (
-            ("fit", "measured", "delay") if fit.measured.delay else ("fit", "free", DELAY_KEY)
+            ("fit", "measured", "delay") if fit.response.delay else ("fit", "free", DELAY_KEY)
         )
         raise scenario.error(sentence, keys)
     with locating_records(scenario):
-        motion = imposed_motion(fit) if fit.measured.is_rig else base_motion(scenario)
-    if isinstance(motion, Samples) and not (fit.measured.is_rig or np.any(motion.u_dd[:])):
+        motion = imposed_motion(fit) if fit.is_rig else base_motion(scenario)
+    if isinstance(motion, Samples) and not (fit.is_rig or np.any(motion.u_dd[:])):
         sentence = (
             "the base record is 0 in every sample: no motion was recorded; for a free decay "
             "write `excitation: {kind: rest}`"
         )
         raise scenario.error(sentence, "excitation")
     with locating_records(scenario):
-        check_columns(scenario, fit.measured.records, has_base=not fit.measured.is_rig)
+        check_columns(scenario, fit.response.records, has_base=not fit.is_rig)
         measurement = (
             read_rig(fit, motion)
-            if fit.measured.is_rig
-            else read_measurement(scenario, fit.measured, motion, fit.free)
+            if fit.is_rig
+            else read_measurement(scenario, fit.response, motion, fit.free)
         )
     count = len(measurement.t)
     if shortage := shortage_message(
@@ -706,20 +741,21 @@ def build_model(scenario: Scenario) -> FitModel:
     return model_of_law(scenario, motion, measurement)
 
 
-def model_of_law(
-    scenario: Scenario, motion: Sines | Samples, measurement: Measurement, law: str = ""
-) -> FitModel:
-    """Return the model under a friction law; default: that of the file."""
-    under = scenario.with_law(law) if law else scenario
-    free = fit_of(under).free
+def free_parameters(
+    scenario: Scenario, law: str = "", step: float = 0.0
+) -> tuple[FreeParameter, ...]:
+    """Return the free keys of a scenario, of a law those that it uses.
+
+    `step` is that of the measured response [s], for the bounds of its delay.
+    """
+    free = fit_of(scenario).free
     document = scenario.model_dump(by_alias=True, exclude_none=True)
     numeric = numeric_keys(type(scenario), document)
     missing, parameters = set(scenario.missing_values), []
     for key, free_key in free.items():
-        if key == OFFSET_KEY or (law and not law_uses_key(under, law, key)):
+        if key == OFFSET_KEY or (law and not law_uses_key(scenario, law, key)):
             continue
         if key == DELAY_KEY:
-            step = measurement.dt
             low = -50.0 * step if free_key.low is None else free_key.low
             high = 50.0 * step if free_key.high is None else free_key.high
             parameters.append(FreeParameter(key, "s", low, high, free_key.start))
@@ -731,7 +767,7 @@ def model_of_law(
         high = ends[1] if free_key.high is None else min(free_key.high, ends[1])
         above = STATIC_KEYS.get(key, "")
         if above and above not in free:  # at most the static limit of the file
-            limit = getattr(under.friction, above.partition(".")[2], None)
+            limit = getattr(scenario.friction, above.partition(".")[2], None)
             high = min(high, limit) if isinstance(limit, float) else high
         start = free_key.start
         if start is None and key not in missing and not key.startswith("start."):
@@ -740,7 +776,16 @@ def model_of_law(
     if not parameters:
         sentence = f"none of its keys is one {f'of law {law}' if law else 'of the scenario'}"
         raise scenario.error(f"fit.free: {sentence}", "fit.free")
-    model = FitModel(under, motion, measurement, tuple(parameters), assemble(under, motion))
+    return tuple(parameters)
+
+
+def model_of_law(
+    scenario: Scenario, motion: Sines | Samples, measurement: Measurement, law: str = ""
+) -> FitModel:
+    """Return the model under a friction law; default: that of the file."""
+    under = scenario.with_law(law) if law else scenario
+    parameters = free_parameters(under, law, measurement.dt)
+    model = FitModel(under, motion, measurement, parameters, assemble(under, motion))
     # A mass at rest on a base at rest would stay there.
     return model.with_free_start(scenario.unstated_start) if is_decay(scenario) else model
 
@@ -750,7 +795,7 @@ def fitted_end(scenario: Scenario, measurement: Measurement) -> float:
     fit = fit_of(scenario)
     share = fit.hold_out
     if share is None:
-        share = 0.0 if fit.measured.is_rig or is_decay(scenario) else DEFAULT_HOLD_OUT
+        share = 0.0 if fit.is_rig or is_decay(scenario) else DEFAULT_HOLD_OUT
     t = measurement.t
     count = round((1.0 - share) * len(t))
     if count < MIN_SAMPLES:
@@ -761,7 +806,7 @@ def fitted_end(scenario: Scenario, measurement: Measurement) -> float:
 
 def imposed_record(fit: Fit) -> ChannelRecord:
     """Return the channel with the imposed motion of a rig."""
-    return fit.measured.record("v_r" if fit.measured.v_r is not None else "x_r")
+    return fit.response.record("v_r" if fit.response.v_r is not None else "x_r")
 
 
 def imposed_motion(fit: Fit) -> Samples:
@@ -941,16 +986,16 @@ def read_rig(fit: Fit, motion: Sines | Samples) -> Measurement:
     Only the imposed motion needs an even grid; forces are compared where they were measured.
     """
     channels, times = {}, []
-    for name in fit.measured.channels:
-        t, values = read_samples(fit.measured.record(name))
+    for name in fit.response.channels:
+        t, values = read_samples(fit.response.record(name))
         times.append(t)
         channels[name] = values
     if not all(np.array_equal(t, times[0]) for t in times):
         sentence = "a row of a rig needs all its samples: delete the rows with a missing one"
-        raise record_error(str(fit.measured.path), sentence)
+        raise record_error(str(fit.response.path), sentence)
     if len(times[0]) < MIN_SAMPLES:
         reason = f"has {len(times[0])} samples, fewer than the {MIN_SAMPLES} that a fit needs"
-        raise record_error(str(fit.measured.path), reason)
+        raise record_error(str(fit.response.path), reason)
     inputs, warnings = getattr(motion, "inputs", ()), getattr(motion, "warnings", ())
     series = read_series(imposed_record(fit))[0]
     t = times[0] - series.first

@@ -86,7 +86,9 @@ def profile_of(solution: Solution, determined: Sequence[int], j: int) -> Paramet
         points += tried
     profile = ParameterProfile(ends[0], ends[1], sorted(points, key=lambda point: point[:2]))
     static = solution.squares.model.parameters[j].key.startswith(STATIC_PATHS)
-    return _over_all_samples(solution, j, profile) if static else profile
+    if static and solution.squares.leaves_out_events:
+        return _over_all_samples(solution, j, profile)
+    return profile
 
 
 def _over_all_samples(

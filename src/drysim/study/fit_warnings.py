@@ -11,6 +11,7 @@ from drysim.core.model import Floats, Samples
 from drysim.errors import WarningMessage
 from drysim.records.warnings import STANDARD_GRAVITY
 from drysim.scenario.fit import DELAY_KEY, FreeKey
+from drysim.study.fit_curves import CURVES, CurveFit, likely_wrong_level
 from drysim.study.fit_law import (
     EXACT,
     START_WRONG,
@@ -63,6 +64,8 @@ CLIPPED = "record-clipped"
 
 UNKNOWN_FAULT = "check columns, units, signs and time axes, or try another law"
 
+UNKNOWN_FAULT_OF_CURVES = "check levels, columns and units of the curves"
+
 MUCH_BETTER, OBVIOUS = 0.5, 0.1
 """Ratios of errors from which a fault of the record explains a bad fit: if no other explains it
 better, and in any case."""
@@ -73,14 +76,11 @@ def fit_warnings(
 ) -> Iterator[WarningMessage]:
     """Yield the warnings about a fit; of one that describes next to nothing only the cause."""
     error = law_fit.error
-    if not is_noise(law_fit.solution, FAULT_MARGIN):
+    if cause := cause_of_bad_fit(law_fit, of_records):
         sentence = f"the fitted motion differs from the measured one by {100 * error:.3g} %"
-        clipped = any(warning.slug == CLIPPED for warning in of_records)
-        unknown = "clipped samples are not those of the motion" if clipped else UNKNOWN_FAULT
-        if cause := likely_fault(law_fit) or (unknown if clipped or error > BAD_FIT else ""):
-            yield WarningMessage("bad-fit", f"{sentence}; {cause}", {"fit_error": error})
-            if error > USELESS:
-                return
+        yield WarningMessage("bad-fit", f"{sentence}; {cause}", {"fit_error": error})
+        if error > USELESS:
+            return
     notes: dict[str, list[str]] = {}
     for j, (p, free) in enumerate(zip(parameters, law_fit.model.parameters, strict=True)):
         given = law_fit.model.fit.free.get(p.key, FreeKey())
@@ -112,17 +112,36 @@ def fit_warnings(
             f"{many} to this solution: it may not be the best; give `start` values or bounds"
         )
         yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
-    for channel in law_fit.channels:
-        rho = lag_correlation(law_fit, channel.name)
-        count = int(law_fit.solution.mask.sum())
-        if error > EXACT and abs(rho) * np.sqrt(count) > WHITE:
+    for name in law_fit.model.compared:
+        rho = lag_correlation(law_fit, name)
+        if error > EXACT and abs(white_score(law_fit, name)) > WHITE:
             factor = format_number(np.sqrt((1.0 + rho) / (1.0 - rho)), digits=2)
             sentence = (
-                f"the residuals of {channel.name} are not white (correlation of neighbours "
+                f"the residuals of {name} are not white (correlation of neighbours "
                 f"{rho:.2f}): the intervals are too "
                 + (f"narrow, by a factor of about {factor}" if rho > 0.0 else "wide")
             )
             yield WarningMessage("residuals-not-white", sentence, {"correlation": rho})
+
+
+def cause_of_bad_fit(law_fit: LawFit, of_records: Sequence[WarningMessage]) -> str:
+    """Return why the fitted motion may differ from the measured one; empty if it does not."""
+    is_bad = law_fit.error > BAD_FIT
+    if isinstance(law_fit, CurveFit):
+        is_white = abs(white_score(law_fit, CURVES)) <= WHITE
+        cause = "" if is_white or law_fit.error < EXACT else likely_wrong_level(law_fit)
+        return cause or UNKNOWN_FAULT_OF_CURVES * is_bad
+    if is_noise(law_fit.solution, FAULT_MARGIN):
+        return ""
+    clipped = any(warning.slug == CLIPPED for warning in of_records)
+    unknown = "clipped samples are not those of the motion" if clipped else UNKNOWN_FAULT
+    return likely_fault(law_fit) or (unknown if clipped or is_bad else "")
+
+
+def white_score(law_fit: LawFit, name: str) -> float:
+    """Return the correlation of neighbouring residuals in its standard deviations."""
+    count = int(law_fit.solution.mask.sum())
+    return lag_correlation(law_fit, name) * float(np.sqrt(count))
 
 
 def lag_correlation(law_fit: LawFit, name: str) -> float:
@@ -142,7 +161,7 @@ def lag_correlation(law_fit: LawFit, name: str) -> float:
 def likely_fault(law_fit: LawFit) -> str:
     """Return the most likely fault of a record that is not fitted well; empty if none."""
     model = law_fit.model
-    if model.fit.measured.is_rig:
+    if model.fit.is_rig:
         return ""
     if is_decay(model.scenario) and (still := samples_at_rest(model)):
         measured = model.measurement

@@ -40,7 +40,7 @@ from drysim.errors import SolverError
 from drysim.excitation.harmonic import Harmonic, SineSum
 from drysim.friction import Coulomb
 from drysim.metrics.stroke import Excursions
-from drysim.metrics.table import STROKE_USED, Measured, evaluate, stack
+from drysim.metrics.table import METRICS_BY_NAME, STROKE_USED, Measured, evaluate, stack
 from drysim.parallel import forks_workers, map_in_order, worker_count
 from drysim.scenario.axes import (
     SWEEP_KEY,
@@ -523,9 +523,9 @@ def orbit_statuses(results: Floats) -> tuple[NDArray[np.int8], dict[int, str]]:
 
 
 def orbit_metrics(
-    scenes: Floats, results: Floats, status: NDArray[np.int8]
+    scenes: Floats, results: Floats, status: NDArray[np.int8], names: Sequence[str] = ()
 ) -> dict[str, Floats]:
-    """Return the metrics of all cases as columns, NaN where unknown."""
+    """Return the metrics of all cases as columns, NaN where unknown; by default all metrics."""
     from drysim.core import orbit as o
     from drysim.core.forcing import F_FK, K_X, B, M
 
@@ -558,7 +558,11 @@ def orbit_metrics(
         jacobian=(result[o.TRACE], result[o.DETERMINANT]),
     )
     with np.errstate(invalid="ignore"):
-        evaluated = evaluate(measured)
+        evaluated = (
+            {name: METRICS_BY_NAME[name].formula(measured) for name in names}
+            if names
+            else evaluate(measured)
+        )
     metrics = {name: column for name, column in evaluated.items() if column is not None}
     lost = status != STATUSES.index(OK)
     if lost.any():

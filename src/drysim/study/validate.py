@@ -14,6 +14,7 @@ from drysim.scenario.load import scenario as make_scenario
 from drysim.scenario.model import Scenario
 from drysim.scenario.text import describe_clean_up
 from drysim.study.preparation import prepare, without_fit_checks
+from drysim.wording import format_count
 from drysim.yaml_document import Overrides
 
 
@@ -140,13 +141,18 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[WarningMessag
     notes: list[str] = []
     warned: list[WarningMessage] = []
     if scenario.fit is not None:
-        from drysim.study.fit_model import build_model
+        from drysim.study.fit import read_model
 
-        model = build_model(scenario)
+        model, is_of_curves = read_model(scenario), scenario.fit.curves is not None
         model.starts()
         measured = model.measurement
         span = f"{len(measured.t)} samples over {float(measured.t[-1] - measured.t[0]):.6g} s"
-        notes.append(f"measured: {', '.join(measured.channels)}, {span}")
+        channels = ", ".join(measured.channels)
+        notes.append(
+            f"measured: {format_count(len(measured.t), 'value')} of curves"
+            if is_of_curves
+            else f"measured: {channels}, {span}"
+        )
         warned += measured.warnings
         scenario = without_fit_checks(scenario)
     if scenario.assess is not None:

@@ -1,0 +1,672 @@
+"""Fit to transmissibility curves: measured T_a or T_x over the frequency, at several levels.
+
+Problem
+    Laboratories hand out curves instead of records. At each frequency the base motion is a sine
+    of a stated level, and the measured ratio is that of the steady motion. Friction makes the
+    curves of different levels differ, which is what identifies it.
+
+Method
+    1. The steady motion at each frequency and level is the periodic orbit from the start state
+       of the scenario, as a sweep finds it (`study.plan`): some 20 µs.
+    2. Starting values are the best of a coarse grid of natural frequency, damping, friction and
+       static ratio, each judged by some of the rows.
+    3. Least squares with one scale of noise for all rows: a ratio T with relative noise s and
+       rounding r becomes asinh(s T/r)/s, whose noise is the same for all T. s follows from the
+       residuals of each kind of ratio, r from the printed digits.
+    4. A static limit decides whether the mass breaks away at a level: the sum of squares jumps
+       there. Other static limits are tried. Profiles and intervals are those of a fit to a
+       record (`fit_profiles`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drysim.core.compile import choose_engine
+from drysim.core.model import Floats, Input, State
+from drysim.errors import ScenarioError, SolverError
+from drysim.excitation.harmonic import Harmonic
+from drysim.excitation.random import RandomMotion
+from drysim.records.record import read_ratios
+from drysim.scenario.fit import LEVEL_UNITS, RATIOS
+from drysim.scenario.model import STATIC_PATHS, Scenario
+from drysim.study.fit_law import AGREE, EXACT, ChannelFit, LawFit, Steps, restored_end
+from drysim.study.fit_least_squares import (
+    FINAL_CALLS,
+    LeastSquares,
+    Solution,
+    covariance_of,
+    minimise,
+    perturbed,
+    rms,
+    without_outliers,
+)
+from drysim.study.fit_model import (
+    FitModel,
+    Measurement,
+    Prediction,
+    Trial,
+    fit_of,
+    is_valid_scene,
+)
+from drysim.study.plan import can_solve_together, orbit_metrics, orbit_statuses, scene_array
+from drysim.study.preparation import assemble, base_motion, locating_records
+from drysim.wording import format_count, format_number
+
+CURVES = "curves"
+"""Name of the one channel of all rows together."""
+
+RELATIVE_NOISE = 0.02
+"""Relative noise of a ratio before it follows from the residuals."""
+
+NOISE_RANGE = 1e-5, 1.0
+"""Bounds of the relative noise."""
+
+ROUNDING = 1e-9
+"""Rounding of a ratio relative to the largest one, if its digits show a smaller one."""
+
+LEAST_NOISE = 1e-9
+"""Least noise of the stabilised ratios, whose usual noise is one: rounding."""
+
+SLOPE_STEP = 1e-6
+"""Relative step of the derivatives: orbits are exact to rounding."""
+
+ROWS_PER_VALUE = 2
+"""Number of rows for each free value below which nothing is fitted."""
+
+FEW_FREQUENCIES = 8
+"""Number of frequencies of each curve that judge the starts."""
+
+DAMPING_RATIOS = (0.05, 0.15, 0.35, 0.8)
+FRICTION_SHARES = (0.05, 0.9)
+STATIC_RATIOS = (1.0, 1.25, 1.6)
+"""Starts: damping ratios, ends of kinetic friction relative to the force m A at the weakest and
+the strongest level, and static relative to kinetic friction."""
+
+NATURAL_FREQUENCIES, FRICTIONS = 8, 6
+"""Numbers of natural frequencies and of kinetic limits among the starts."""
+
+STATIC_CHANGES = np.linspace(-0.4, 0.6, 26).tolist()
+"""Relative changes of a static limit that are tried."""
+
+LEVEL_FACTORS = (0.5, 0.5**0.5, 0.8, 0.9, 1.1, 1.25, 2.0**0.5, 2.0, 9.80665, 1.0 / 9.80665)
+"""Factors on the level of one curve that are tried where the curves do not fit together: RMS
+taken for the amplitude or the other way round, g for m/s², and small ones."""
+
+MUCH_BETTER = 0.6
+"""Ratio of the sums of squares from which another level explains the curves."""
+
+STATICS_FOLLOWED = 3
+"""Number of changed static limits from which all values are fitted again."""
+
+STARTS_PER_RATIO = 2
+"""Number of starts that are followed for each static ratio."""
+
+ROBUST_SHARE = 0.1
+"""Relative difference of a ratio above which the score of a start grows slowly."""
+
+STEADY_METRICS = (*RATIOS, "stuck_share")
+"""Metrics of each orbit."""
+
+ONE_RATIO = 1e-3
+"""Distance of T_a from 1 within which the base and a mass that sticks move alike."""
+
+
+class CurveRows(NamedTuple):
+    """Measured ratios of all curves as columns of length n."""
+
+    curve: NDArray[np.intp]
+    """Index of the curve in the fit block."""
+    ratio: NDArray[np.intp]
+    """Index of the ratio in `RATIOS`."""
+    frequency: Floats
+    """Frequencies [Hz]."""
+    rms: Floats
+    """RMS value of the base acceleration [m/s²]."""
+    measured: Floats
+    rounding: Floats
+    """Standard deviation of the rounding of the printed digits."""
+
+    def part(self, mask: NDArray[np.bool_]) -> CurveRows:
+        """Return some of the rows."""
+        columns: Any = (column[mask] for column in self)
+        return CurveRows(*columns)
+
+    def stabilised(self, ratios: Floats, noise: Floats) -> Floats:
+        """Return ratios, of shape (..., n), in units in which the noise of all rows is one.
+
+        `noise` is the relative noise of each of `RATIOS`.
+        """
+        share = noise[self.ratio]
+        stable: Floats = np.arcsinh(share * ratios / self.rounding) / share
+        return stable
+
+
+class FittedCurve(NamedTuple):
+    """A measured ratio over the frequency at one level, and the fitted one."""
+
+    ratio: str
+    """T_a or T_x."""
+    level: str
+    """Key and value of the level, in words."""
+    rms: Floats
+    """RMS value of the base acceleration [m/s²]."""
+    frequency: Floats
+    """Frequencies [Hz]."""
+    measured: Floats
+    fitted: Floats
+    stuck: Floats
+    """Share of a period for which the fitted mass sticks."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedCurves:
+    """The ratios with some values of the free keys."""
+
+    model: CurveModel
+    values: Floats
+    """Values of the free keys, shape (p,)."""
+    ratios: Floats
+    """Ratios, shape (n,)."""
+    stuck: Floats
+    """Share of a period for which the mass sticks."""
+
+    @property
+    def modes(self) -> NDArray[np.int8]:
+        """One mode for all rows: none is left out of a fit."""
+        return np.ones(len(self.ratios), dtype=np.int8)
+
+    def prediction(self, names: tuple[str, ...]) -> Prediction:
+        """Return the rows as the channel `CURVES`."""
+        return Prediction({CURVES: self.model.channel(self.ratios)}, self.modes)
+
+    def slopes(
+        self, sizes: Floats, names: tuple[str, ...], integrated: bool = False
+    ) -> dict[str, Floats] | None:
+        """Return the derivatives of the rows by the values, as forward differences."""
+        steps = SLOPE_STEP * sizes
+        steps = np.where(self.values + steps <= self.model.bounds[1], steps, -steps)
+        near = self.values + np.diag(steps)
+        ratios, _ = self.model.ratios(near)
+        change = self.model.channel(ratios) - self.model.channel(self.ratios)
+        return {CURVES: change / steps[:, None]}
+
+
+@dataclass(frozen=True, eq=False)
+class CurveModel(FitModel):
+    """The rows of measured curves as a function of the free keys."""
+
+    rows: CurveRows
+    noise: Floats
+    """Relative noise of each of `RATIOS`."""
+
+    @classmethod
+    def of(cls, model: FitModel, rows: CurveRows, noise: Floats) -> CurveModel:
+        """Return the model of a scenario with these rows."""
+        stable = rows.stabilised(rows.measured, noise)
+        measurement = model.measurement._replace(channels={CURVES: stable - stable.mean()})
+        shared = (model.scenario, model.motion, measurement, model.parameters, model.case)
+        return cls(*shared, rows, noise)
+
+    @property
+    def fixed_start(self) -> tuple[str, ...]:
+        """No key of the start state: the motion is steady."""
+        return ()
+
+    @property
+    def extent(self) -> str:
+        """The levels that are measured, for the remarks on what they do not determine."""
+        return "at these levels"
+
+    @property
+    def subject(self) -> str:
+        """What is measured, for the same remarks."""
+        return "these curves"
+
+    @cached_property
+    def harmonic(self) -> Scenario:
+        """The scenario without what a steady motion does not need."""
+        return self.scenario.copy_with({"sweep": (), "checks": (), "stroke": None})
+
+    @cached_property
+    def cases(self) -> tuple[Floats, NDArray[np.intp]]:
+        """Frequency and RMS acceleration of each orbit, shape (2, c); the orbit of each row."""
+        pairs = np.stack([self.rows.frequency, self.rows.rms])
+        cases, inverse = np.unique(pairs, axis=1, return_inverse=True)
+        return cases, inverse.ravel()
+
+    @cached_property
+    def mean(self) -> float:
+        """Mean of the measured ratios, as `channel` has them."""
+        return float(self.rows.stabilised(self.rows.measured, self.noise).mean())
+
+    def channel(self, ratios: Floats) -> Floats:
+        """Return ratios as the channel `CURVES`, whose measured mean is 0."""
+        channel: Floats = self.rows.stabilised(ratios, self.noise) - self.mean
+        return channel
+
+    def ratios(self, values: Floats) -> tuple[Floats, Floats]:
+        """Return the ratios and the shares of sticking, of shape (k, n).
+
+        Parameters
+        ----------
+        values : ndarray, shape (k, p)
+            Values of the free keys. They are not validated.
+
+        Notes
+        -----
+        Both ratios of a row of a file are those of one orbit. A ratio without an orbit is ten
+        times the largest measured one.
+        """
+        rows, count = self.rows, len(values)
+        cases, inverse = self.cases
+        each = cases.shape[1]
+        columns = np.repeat(values.T, each, axis=1)
+        points = self.point(columns)
+        excitation = self.scenario.excitation
+        assert isinstance(excitation, Harmonic), "the base motion of a curve is a sine"
+        factor = np.sqrt(2.0) if excitation.amplitude is not None else 1.0
+        level = "amplitude" if excitation.amplitude is not None else "rms"
+        points["excitation.frequency"] = np.tile(cases[0], count)
+        points[f"excitation.{level}"] = factor * np.tile(cases[1], count)
+        metrics = steady_metrics(self.harmonic, points, count * each)
+        both = np.array([metrics[name].reshape(count, each) for name in STEADY_METRICS])
+        of_rows = both[:, :, inverse]
+        ratios: Floats = np.where(rows.ratio == 0, of_rows[0], of_rows[1])
+        lost = ~np.isfinite(ratios)
+        return np.where(lost, 10.0 * rows.measured.max(), ratios), np.where(
+            lost, 0.0, of_rows[2]
+        )
+
+    def solve(self, values: Floats, end: float | None = None) -> SolvedCurves | None:
+        """Return the ratios with some values of the free keys; None if these do not agree."""
+        scene: Trial = self.scene(values)
+        if not is_valid_scene(scene.law, State(0.0, 0.0)):
+            return None
+        try:
+            ratios, stuck = self.ratios(values[None])
+        except ScenarioError:
+            return None
+        return SolvedCurves(self, values, ratios[0], stuck[0])
+
+    def _closed_forms(self) -> list[dict[str, float]]:
+        """Return the starting values with the best scores over some of the frequencies."""
+        m, k_x, b = self.case.plant
+        keys = {p.key.partition(".")[2] for p in self.parameters}
+        lowest, highest = float(self.rows.frequency.min()), float(self.rows.frequency.max())
+        natural = np.geomspace(lowest / 1.5, highest, NATURAL_FREQUENCIES)
+        stiffnesses = [k_x] * (k_x > 0.0)
+        if keys & {"stiffness", "natural_frequency"} or not stiffnesses:
+            stiffnesses = (m * (2.0 * np.pi * natural) ** 2).tolist()
+        peak = np.sqrt(2.0) * m * self.rows.rms
+        limits = [self.case.law.F_fk]
+        if keys & {"kinetic", "mu_kinetic"}:
+            low, high = FRICTION_SHARES
+            ends = low * float(peak.min()), high * float(peak.max())
+            limits = np.geomspace(*ends, FRICTIONS).tolist()
+        ratios = list(STATIC_RATIOS)
+        if not keys & {"static", "static_ratio", "mu_static"}:
+            ratios = [self.case.law.F_fs / (self.case.law.F_fk or 1.0)]
+        starts = []
+        for stiffness, limit, ratio in product(stiffnesses, limits, ratios):
+            dampings = [b]
+            if keys & {"damping", "damping_ratio"}:
+                dampings = [2.0 * each * np.sqrt(stiffness * m) for each in DAMPING_RATIOS]
+            starts += [
+                {"m": m, "k_x": stiffness, "b": each, "F_fk": limit, "static_ratio": ratio}
+                for each in dampings
+            ]
+        return self._best_of(starts, ratios)
+
+    def _first_state(self, closed_form: Mapping[str, float]) -> State:
+        """Return rest: the start state of a steady motion is not fitted."""
+        return State(0.0, 0.0)
+
+    def _best_of(
+        self, starts: list[dict[str, float]], ratios: Sequence[float]
+    ) -> list[dict[str, float]]:
+        """Return the starts with the best scores, some for each static ratio."""
+        values = np.array(
+            [[self._start_of(p, start, False) for p in self.parameters] for start in starts]
+        )
+        values = np.clip(values, *self.bounds)
+        few = self.of(self, self.rows.part(self._is_judge), self.noise)
+        difference = few.channel(few.ratios(values)[0]) - few.measurement.channels[CURVES]
+        robust = ROBUST_SHARE / RELATIVE_NOISE
+        scores = np.sum(np.sqrt(1.0 + (difference / robust) ** 2), axis=1)
+        best: list[dict[str, float]] = []
+        order = np.argsort(scores, kind="stable").tolist()
+        for ratio in ratios:
+            alike = [starts[i] for i in order if starts[i]["static_ratio"] == ratio]
+            best += alike[:STARTS_PER_RATIO]
+        return sorted(best, key=lambda start: float(scores[starts.index(start)]))
+
+    @cached_property
+    def _is_judge(self) -> NDArray[np.bool_]:
+        """Whether a row judges the starts: those at some frequencies of each curve."""
+        judges = np.zeros(len(self.rows.frequency), dtype=bool)
+        for curve in np.unique(self.rows.curve).tolist():
+            here = self.rows.curve == curve
+            frequencies = np.unique(self.rows.frequency[here])
+            places = np.linspace(
+                0, len(frequencies) - 1, min(FEW_FREQUENCIES, len(frequencies))
+            )
+            chosen = frequencies[np.round(places).astype(int)]
+            judges |= here & np.isin(self.rows.frequency, chosen)
+        return judges
+
+
+def steady_metrics(
+    scenario: Scenario, points: dict[str, Floats], count: int
+) -> dict[str, Floats]:
+    """Return the metrics of the steady motion of cases, NaN where there is none."""
+    from drysim.orbits.coulomb import solve_orbits
+
+    scenes, _ = scene_array(scenario, points, count)
+    results = solve_orbits(scenes)
+    status, _ = orbit_statuses(results)
+    return orbit_metrics(scenes, results, status, STEADY_METRICS)
+
+
+class CurveSquares(LeastSquares):
+    """Residuals of curves: few rows, all of which count from the beginning."""
+
+    leaves_out_events = False
+
+    def coarse(self, x: Floats) -> Floats:
+        """Return the start, which is the best of a grid."""
+        return x
+
+    def refine(self, x: Floats, steps: Sequence[float]) -> Floats:
+        """Return the solution of a robust fit of all rows."""
+        function = self.over(self.all_samples)
+        robust = max(self.robust_level(), 1.5 * float(np.median(np.abs(function.value(x)))))
+        return minimise(function, x, SLOPE_STEP, self.bounds, FINAL_CALLS, robust, 1e-6)
+
+
+@dataclass(frozen=True, eq=False)
+class CurveFit(LawFit):
+    """Solution of a fit to curves."""
+
+    model: CurveModel
+
+    @cached_property
+    def solved(self) -> SolvedCurves:
+        """The fitted ratios."""
+        solved = self.model.solve(self.values)
+        assert solved is not None, "the solution was solved before"
+        return solved
+
+    @cached_property
+    def prediction(self) -> Prediction:
+        """The fitted rows."""
+        return self.solved.prediction(())
+
+    @property
+    def sticks(self) -> bool:
+        """Whether the fitted mass sticks at some frequency and level where it also slides."""
+        return bool((self.solved.stuck > 0.0).any())
+
+    @property
+    def slides(self) -> bool:
+        """Whether the fitted mass slides at all."""
+        return bool((self.solved.stuck < 1.0).any())
+
+    @cached_property
+    def channels(self) -> tuple[ChannelFit, ...]:
+        """How well each kind of ratio is fitted: errors are relative to each measured value."""
+        rows, fits = self.model.rows, []
+        for i, name in enumerate(RATIOS):
+            if (here := rows.ratio == i).any():
+                difference = (self.solved.ratios - rows.measured)[here]
+                size = np.maximum(rows.measured, rows.rounding)[here]
+                noise = float(self.model.noise[i])
+                fits.append(ChannelFit(name, noise, rms(difference / size), None, None))
+        return tuple(fits)
+
+    @cached_property
+    def starts(self) -> tuple[int, int]:
+        """How many starts led to the solution, and how many there were.
+
+        Static limits do not count: other ones were tried last.
+        """
+        solution, keys = self.solution, [p.key for p in self.model.parameters]
+        static = [key.startswith(STATIC_PATHS) for key in keys]
+        ends = [np.where(static, solution.x, x) for x in self.ends]
+        costs = [solution.squares.fine(x)[0] for x in ends]
+        lowest = solution.squares.cost(solution.x)
+        return sum(cost <= AGREE * lowest + 1e-9 for cost in costs), len(costs)
+
+    @property
+    def curves(self) -> Iterator[FittedCurve]:
+        """Each curve as measured and as fitted, by frequency."""
+        rows, block = self.model.rows, fit_of(self.model.scenario).curves or ()
+        for index, curve in enumerate(block):
+            for i, name in enumerate(RATIOS):
+                here = np.flatnonzero((rows.curve == index) & (rows.ratio == i))
+                if len(here):
+                    columns = (rows.rms, rows.frequency, rows.measured, self.solved.ratios)
+                    parts = (column[here] for column in (*columns, self.solved.stuck))
+                    key, value = curve.level
+                    yield FittedCurve(name, format_level(key, format_number(value)), *parts)
+
+
+def format_level(key: str, values: str) -> str:
+    """Return one or several values of a key of a level in words."""
+    return f"{values} {LEVEL_UNITS[key]} {LEVEL_WORDS[key]}"
+
+
+LEVEL_WORDS = {
+    "rms": "RMS",
+    "amplitude": "amplitude",
+    "velocity": "velocity amplitude",
+    "displacement": "displacement amplitude",
+}
+"""What a level is."""
+
+
+def build_curve_model(scenario: Scenario) -> CurveModel:
+    """Read the curves of a fit block, and return the model.
+
+    Raises
+    ------
+    RecordError
+        If a file cannot be used.
+    ScenarioError
+        If the scenario has no orbits that are solved together, or a free key has no start.
+    """
+    from drysim.study.fit_model import free_parameters
+
+    block = fit_of(scenario)
+    check_steady(scenario)
+    rows, inputs = read_curves(scenario)
+    count = len(rows.measured)
+    parameters = free_parameters(scenario)
+    least = ROWS_PER_VALUE * len(parameters)
+    if count < least:
+        sentence = (
+            f"fit.curves: {format_count(count, 'value')} of curves are too few for "
+            f"{format_count(len(parameters), 'free key')}; at least {least} are needed"
+        )
+        raise scenario.error(sentence, ("fit", "curves"))
+    motion = base_motion(scenario)
+    measurement = Measurement({}, np.arange(float(count)), 0, 1, inputs, ())
+    model = FitModel(scenario, motion, measurement, parameters, assemble(scenario, motion))
+    assert block.curves is not None
+    choose_engine(10**9, "orbit.solve_orbits")
+    return CurveModel.of(model, rows, np.full(len(RATIOS), RELATIVE_NOISE))
+
+
+def check_steady(scenario: Scenario) -> None:
+    """Raise ScenarioError for a scenario without steady motions that are solved together."""
+    if isinstance(scenario.excitation, RandomMotion):
+        sentence = (
+            "excitation.kind: curves under random base motion are not fitted: their values "
+            "depend on the very signal; fit the records of base and mass, `measured`"
+        )
+        raise scenario.error(sentence, ("excitation", "kind"))
+    if not isinstance(scenario.excitation, Harmonic):
+        sentence = (
+            "excitation.kind: the base motion of a measured curve is a sine: write "
+            "`excitation: {kind: harmonic, frequency: 2 Hz, rms: 0.5 m/s2}`; the fit takes "
+            "frequencies and levels from the curves"
+        )
+        raise scenario.error(sentence, ("excitation", "kind"))
+    measure = scenario.measure.model_copy(update={"weights": None})
+    if not can_solve_together(scenario.copy_with({"measure": measure, "sweep": ()})):
+        sentence = (
+            "fit.curves: curves are fitted under Coulomb friction by stick-slip, without end "
+            "stops, values by direction and lift-off; fit a record instead"
+        )
+        raise scenario.error(sentence, ("fit", "curves"))
+
+
+def read_curves(scenario: Scenario) -> tuple[CurveRows, tuple[Input, ...]]:
+    """Return the rows of all curves, and their files."""
+    parts, inputs = [], []
+    for index, curve in enumerate(fit_of(scenario).curves or ()):
+        present = [i for i, name in enumerate(RATIOS) if getattr(curve, name) is not None]
+        with locating_records(scenario):
+            read, source = read_ratios(curve, [getattr(curve, RATIOS[i]) for i in present])
+        inputs.append(source)
+        for i, ratios in zip(present, read, strict=True):
+            # In order, so that neighbouring residuals are those of neighbouring frequencies.
+            order, count = np.argsort(ratios.frequency, kind="stable"), len(ratios.values)
+            least = ROUNDING * float(ratios.values.max(initial=0.0))
+            rounding = max(ratios.resolution / np.sqrt(12.0), least)
+            parts.append(
+                CurveRows(
+                    np.full(count, index),
+                    np.full(count, i),
+                    ratios.frequency[order],
+                    curve.base_rms(ratios.frequency[order]),
+                    ratios.values[order],
+                    np.full(count, rounding),
+                )
+            )
+    rows = CurveRows(*map(np.concatenate, zip(*parts, strict=True)))
+    return rows, tuple({each.file: each for each in inputs}.values())
+
+
+def check_sliding(model: CurveModel) -> None:
+    """Raise SolverError if the mass moves with the base in all rows, within their noise."""
+    rows = model.rows
+    alike = np.where(
+        rows.ratio == 0,
+        np.abs(rows.measured - 1.0) <= np.maximum(ONE_RATIO, 2.0 * rows.rounding),
+        rows.measured <= ONE_RATIO,
+    )
+    if alike.all():
+        sentence = (
+            "the mass moves with the base in all rows of the curves: nothing can be fitted; "
+            "measure at a level at which it slides"
+        )
+        raise SolverError(sentence)
+
+
+def fit_curves(model: CurveModel, steps: Steps, finished: Callable[[int], None]) -> CurveFit:
+    """Return the best solution from all starts; `finished` is called with 1 for each.
+
+    Raises
+    ------
+    SolverError
+        If no start can be solved.
+    """
+    starts = model.starts()
+    first = CurveSquares.starting_from(model, np.inf, starts[0])
+    if first.solve(starts[0] / first.scale) is None:
+        model.at(starts[0])  # raises what is wrong with the values
+    followed = []
+    for end_point in steps.map_in_order(
+        first.fine, [start / first.scale for start in starts], restored_end
+    ):
+        followed.append(end_point)
+        finished(1)
+    _, x = min(followed, key=lambda pair: pair[0])
+    fitted = CurveFit(model, first, tuple(x for _, x in followed), final_fit(first, x))
+    if first.error(x) < EXACT:
+        return fitted
+    weighted = CurveModel.of(model, model.rows, noise_of(fitted))
+    squares = replace(first, model=weighted)
+    solution = final_fit(squares, best_static(squares, fitted.solution.x))
+    return replace(fitted, model=weighted, first=squares, solution=solution)
+
+
+def final_fit(squares: CurveSquares, x: Floats) -> Solution:
+    """Return the least-squares solution near x, without outliers; its noise is one."""
+    every = squares.all_samples
+    x = squares.refine(x, ())
+    mask = without_outliers(squares, x, every)
+    x = minimise(squares.over(mask), x, SLOPE_STEP, squares.bounds, FINAL_CALLS, None, 1e-10)
+    (difference,) = squares.differences(squares.solve(x)).values()
+    freedom = max(1, int(mask.sum()) - len(x))
+    noise = float(np.sqrt(np.sum(difference[mask] ** 2) / freedom))
+    squares = replace(squares, noise={CURVES: max(noise, LEAST_NOISE)})
+    smooth = squares.over(mask)
+    slopes = smooth.jacobian(x, SLOPE_STEP, squares.bounds)
+    total = float(np.sum(smooth.value(x) ** 2))
+    covariance = covariance_of(slopes)
+    return Solution(squares, x, covariance, covariance, slopes, every, mask, total)
+
+
+def best_static(squares: CurveSquares, x: Floats) -> Floats:
+    """Return scaled parameters with other static limits, if that is better after a fit.
+
+    The sum of squares jumps where the mass breaks away at a level, and where it begins to stop.
+    """
+    for j, p in enumerate(squares.model.parameters):
+        if p.key.startswith(STATIC_PATHS):
+            changes = perturbed(squares, x, j, STATIC_CHANGES)
+            likely = sorted(changes, key=squares.cost)[:STATICS_FOLLOWED]
+            ends = [(squares.cost(x), x), *(squares.fine(near) for near in likely)]
+            x = min(ends, key=lambda pair: pair[0])[1]
+    return x
+
+
+def likely_wrong_level(fitted: CurveFit) -> str:
+    """Return which level seems to be wrong if the others explain the curves much better.
+
+    A common factor of all levels cannot be seen: it is that of the friction.
+    """
+    squares, rows = fitted.solution.squares, fitted.model.rows
+    curves = np.unique(rows.curve).tolist()
+    best, cause = MUCH_BETTER * squares.cost(fitted.solution.x), ""
+    for curve, factor in product(curves if len(curves) > 1 else (), LEVEL_FACTORS):
+        level = np.where(rows.curve == curve, factor * rows.rms, rows.rms)
+        other = replace(fitted.model, rows=rows._replace(rms=level))
+        cost, _ = replace(squares, model=other).fine(fitted.solution.x)
+        if cost < best:
+            best = cost
+            cause = (
+                f"the level of curves #{curve + 1} seems to be wrong: with {factor:.3g} times "
+                "the stated one all curves fit much better"
+            )
+    return cause
+
+
+def noise_of(fitted: CurveFit) -> Floats:
+    """Return the relative noise of each kind of ratio, from the residuals.
+
+    Their squares, divided by the variance of noise and rounding, are one on average.
+    """
+    rows, noise = fitted.model.rows, fitted.model.noise.copy()
+    difference = fitted.solved.ratios - rows.measured
+    freedom = max(1.0 - len(fitted.model.parameters) / len(difference), 0.1)
+    for i in range(len(RATIOS)):
+        if not (here := rows.ratio == i).any():
+            continue
+        low, high = NOISE_RANGE
+        for _ in range(40):
+            share = float(np.sqrt(low * high))
+            variance = (share * rows.measured[here]) ** 2 + rows.rounding[here] ** 2
+            is_more = float(np.mean(difference[here] ** 2 / variance)) > freedom
+            low, high = (share, high) if is_more else (low, share)
+        noise[i] = low
+    return noise
