@@ -517,6 +517,61 @@ def test_noise_of_the_file_sets_the_intervals(noisy, tmp_path):
             assert one.deviation == pytest.approx(2.0 * other.deviation, rel=0.3)
 
 
+def base_with_noise(folder: Path, noise: float) -> None:
+    """Add white noise to base.csv."""
+    t, u_dd = np.loadtxt(folder / "base.csv", delimiter=",", skiprows=1, unpack=True)
+    u_dd = u_dd + noise * np.random.default_rng(8).normal(size=len(t))
+    write_columns(folder / "base.csv", {"t [s]": t, "u_dd [m/s2]": u_dd})
+
+
+def test_intervals_contain_the_noise_of_the_base(drysim, tmp_path):
+    write_twin(tmp_path, SEAT + STICKY, noise={"x_dd": 0.005})
+    base_with_noise(tmp_path, 0.02)
+    results = {
+        stated: fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR), more=stated)
+        for stated in ("", "  noise: {u_dd: 0.02 m/s2}\n", "  noise: {u_dd: 0 m/s2}\n")
+    }
+    estimated, stated, exact = results.values()
+    assert estimated.base_noise.level == pytest.approx(0.02, rel=0.3)
+    assert (stated.base_noise.level, stated.base_noise.is_stated) == (0.02, True)
+    for key in PLANT:
+        wide, least = (
+            next(one.deviation for one in result.parameters if one.key == key)
+            for result in (stated, exact)
+        )
+        assert wide > 1.3 * least, key
+    assert "residuals-not-white" in {warning.slug for warning in exact.warnings}
+    assert "residuals-not-white" not in {warning.slug for warning in estimated.warnings}
+    done = drysim("fit", "twin.yaml", "--out", "out")
+    assert "noise u_dd" not in done.out  # taken as exact
+    (tmp_path / "twin.yaml").write_text(
+        fit_text(MASS + COULOMB, keys(*FOUR), more="  noise: {u_dd: 0.02 m/s2}\n")
+    )
+    done = drysim("fit", "twin.yaml", "--out", "out")
+    sentence = "noise u_dd 0.02 m/s² of the base, stated; the intervals contain it"
+    assert sentence in " ".join(done.out.split())
+
+
+@pytest.mark.parametrize(
+    ("known", "measured", "sentence"),
+    [
+        ("excitation: {kind: harmonic, frequency: 2, rms: 1}\nsolver: {step: 2.5 ms}\n",
+         "x_dd: x_dd", "the base motion is none"),
+        ("", "F_f: F_f, v_r: v_r", "is that of a base, which a rig has not"),
+    ],
+)  # fmt: skip
+def test_noise_of_a_base_that_is_no_record_is_refused(
+    drysim, tmp_path, known, measured, sentence
+):
+    write_twin(tmp_path, SEAT + STICKY)
+    more = "  noise: {u_dd: 0.02 m/s2}\n"
+    text = fit_text(SEAT + COULOMB + known, keys("friction.kinetic"), measured, more)
+    (tmp_path / "twin.yaml").write_text(text)
+    done = drysim("fit", "twin.yaml")
+    assert done.code == 2
+    assert sentence in " ".join(done.err.split())
+
+
 def test_free_delay_and_offset_come_back(tmp_path):
     def changed(table):
         table[:, 1] = 0.3 + np.interp(table[:, 0] - 4.2e-3, table[:, 0], table[:, 1])

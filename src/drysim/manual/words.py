@@ -304,6 +304,7 @@ TERMS = {
     "held out": "fit.hold_out",
     "starts": "starts-disagree",
     "error x_dd": "fit_error",
+    "noise u_dd": "noise.u_dd",
     "residual": "x_dd_residual",
     "not white": "residuals-not-white",
     "closest_decision": "close-decision",

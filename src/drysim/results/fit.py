@@ -223,6 +223,10 @@ def quality_rows(result: FitResult) -> Iterator[Row]:
             yield Row(f"offset {channel.name}", format_number(channel.offset, unit))
     if result.is_useless:
         return
+    if (noise := result.base_noise) is not None and noise.level > 0.0:
+        source = "stated" if noise.is_stated else "estimated from the residuals"
+        remark = f"of the base, {source}; the intervals contain it"
+        yield Row("noise u_dd", format_number(noise.level, "m/s²", 3), remark)
     agree, total = result.starts
     yield Row("starts", f"{agree} of {total}", "led to this solution")
     keys = [parameter.key for parameter in result.parameters]
@@ -342,6 +346,12 @@ def write_residuals_csv(result: FitResult, file: Path) -> None:
     write_csv(file, [*columns, "selected [-]", "held_out [-]"], [rows])
 
 
+def base_noise_fields(result: FitResult) -> Fields | None:
+    """Return the noise of the base record that the intervals contain; None without a record."""
+    noise = result.base_noise
+    return noise and {"u_dd": noise.level, "stated": noise.is_stated}
+
+
 def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
     """Return the content of drysim.json for a fit."""
     agree, total = result.starts
@@ -362,6 +372,7 @@ def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
             {"keys": [a, b], "correlation": value} for a, b, value in result.correlations
         ],
         "channels": [channel._asdict() for channel in result.channels],
+        "base_noise": base_noise_fields(result),
         "laws": [score._asdict() for score in result.laws],
         "motion": [interval._asdict() for interval in result.motion_intervals],
         "draws": {

@@ -321,6 +321,8 @@ class Noise(Block):
     """Noise of v_r [m/s]."""
     F_f: Annotated[float, Quantity("N", above=0)] | None = None
     """Noise of F_f [N]."""
+    u_dd: Annotated[float, Quantity("m/s²", at_least=0)] | None = None
+    """Noise of the base record [m/s²]; 0 takes it as exact."""
 
 
 def _validate_free(value: object) -> dict[str, FreeKey]:
@@ -433,6 +435,8 @@ class Fit(Block):
         for name in CHANNELS if self.measured is not None else ():
             if getattr(self.noise, name, None) and name not in self.response.channels:
                 raise InvalidValue("is not measured", "noise", name)
+        if getattr(self.noise, "u_dd", None) is not None and self.is_rig:
+            raise InvalidValue("is that of a base, which a rig has not", "noise", "u_dd")
         return self
 
 

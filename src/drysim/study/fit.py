@@ -22,6 +22,9 @@ Method
        risen by 3.84 noise variances (likelihood ratio, 95 %). Where a profile finds a lower sum
        of squares the fit goes on from there.
 
+    7. Noise of the base record colours the residuals: it is drawn, sent through the fitted
+       motion, and widens the intervals (`fit_base_noise`).
+
     The samples left out of 3. are those next to an event, usually below 2 %. Which they are
     depends on the parameters alone, so that the intervals are those of ordinary least squares.
 
@@ -32,7 +35,7 @@ Method
 Modules
     `fit_model` has the measured response and the motion that is compared with it, the other
     modules 1. (`starting_values`), 2. to 4. (`fit_least_squares`), the way through all of them
-    (`fit_law`), 6. (`fit_profiles`), and the warnings (`fit_warnings`).
+    (`fit_law`), 6. (`fit_profiles`), 7. (`fit_base_noise`), and the warnings (`fit_warnings`).
 """
 
 from __future__ import annotations
@@ -53,6 +56,7 @@ from drysim.scenario.keys import fields_by_key
 from drysim.scenario.laws import LAWS
 from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.study.budget import case_cost
+from drysim.study.fit_base_noise import BaseNoise
 from drysim.study.fit_curves import (
     CurveFit,
     CurveModel,
@@ -74,6 +78,7 @@ from drysim.study.fit_law import (
     ignore_progress,
     profiles_of,
     refit_from_profiles,
+    under_base_noise,
     with_best_static_limit,
 )
 from drysim.study.fit_least_squares import Mask, rms
@@ -178,6 +183,8 @@ class FitResult(Result):
         `fit_error` and `fit_error_held_out`, and those of the fitted motion.
     curves : tuple of FittedCurve
         Measured and fitted curves, of a fit to curves.
+    base_noise : BaseNoise or None
+        Noise of the base record; None if the base is not a record.
     spring_in_force : bool
         Whether the force of a rig contains those of spring and damper.
     checks : tuple of Verdict
@@ -202,6 +209,7 @@ class FitResult(Result):
     draws: Draws
     metrics: Values
     curves: tuple[FittedCurve, ...] = ()
+    base_noise: BaseNoise | None = field(default=None, compare=False)
     spring_in_force: bool = False
     checks: tuple[Verdict, ...] = ()
     warnings: tuple[WarningMessage, ...] = ()
@@ -346,6 +354,7 @@ def solve(
             scores = score_laws(names, fits)
             best = names.index(scores[0].law) if scores else 0
             counted = finished if left == MAX_RESTARTS else ignore_progress
+            fits[best] = under_base_noise(fits[best])
             profiles = profiles_of(fits[best], steps, counted)
             better = refit_from_profiles(fits[best], profiles) if left else None
             if better is None:
@@ -528,6 +537,7 @@ def describe_fit(
         ),
         draws=draws,
         metrics=metrics,
+        base_noise=law_fit.base_noise,
         spring_in_force=model.fit.is_rig and model.spring_in_force,
         checks=tuple(check.judge(metrics) for check in source.checks),
         warnings=(
@@ -620,7 +630,7 @@ def correlations(
     law_fit: LawFit, parameters: Sequence[Parameter]
 ) -> Iterator[tuple[str, str, float]]:
     """Yield the pairs of keys with a correlation above `HIGH_CORRELATION`."""
-    covariance = law_fit.solution.covariance
+    covariance = law_fit.solution.robust_covariance
     determined = [j for j, p in enumerate(parameters) if p.deviation]
     for a, i in enumerate(determined):
         for j in determined[a + 1 :]:

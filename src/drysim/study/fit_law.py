@@ -14,6 +14,7 @@ from drysim.core.model import Floats
 from drysim.parallel import WorkerPool
 from drysim.scenario.fit import CHANNELS
 from drysim.scenario.model import STATIC_PATHS
+from drysim.study.fit_base_noise import BaseNoise, with_base_noise
 from drysim.study.fit_least_squares import (
     BETTER,
     DIFFERENCE,
@@ -65,6 +66,9 @@ not state is fitted, and from which a stated one is called wrong: by chance one 
 
 START_SHARE = 0.9
 """Ratio of sums of squares below which a fit of the start, too, describes a record better."""
+
+WIDER = 1.2
+"""Ratio of variances from which fewer samples are selected, under noise of the base."""
 
 EXACT = 1e-6
 """Relative error below which residuals are rounding."""
@@ -163,6 +167,8 @@ class LawFit:
     ends: tuple[Floats, ...]
     """Scaled parameters to which each start led."""
     solution: Solution
+    base_noise: BaseNoise | None = None
+    """Noise of the base record, once `under_base_noise` has found it; None without a record."""
 
     @cached_property
     def values(self) -> Floats:
@@ -384,6 +390,17 @@ def fit_law(
             break
         solution = final_fit(squares, x)
     return LawFit(model, first, tuple(x for _, x in followed), solution)
+
+
+def under_base_noise(law_fit: LawFit) -> LawFit:
+    """Return the fit with what the noise of its base adds to the uncertainty."""
+    if law_fit.error > USELESS or law_fit.error < EXACT:
+        return law_fit
+    solution, noise = with_base_noise(law_fit.solution)
+    ratios = np.array([solution.inflation(j) for j in range(len(solution.x))])
+    if ratios.max() > WIDER:  # profiles must stay where the mode of the samples does not change
+        solution, noise = with_base_noise(final_fit(solution.squares, solution.x, ratios))
+    return replace(law_fit, solution=solution, base_noise=noise)
 
 
 def profiles_of(

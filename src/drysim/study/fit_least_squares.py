@@ -505,13 +505,25 @@ class Solution(NamedTuple):
 
     def deviation(self, j: int) -> float:
         """Return the standard deviation of a scaled parameter."""
-        return float(np.sqrt(max(self.covariance[j, j], 0.0)))
+        return float(np.sqrt(max(self.robust_covariance[j, j], 0.0)))
+
+    def inflation(self, j: int) -> float:
+        """Return the ratio of a parameter's variance to that under white residuals."""
+        white, robust = float(self.covariance[j, j]), float(self.robust_covariance[j, j])
+        return robust / white if white > 0.0 and robust > 0.0 else 1.0
 
 
-def final_fit(squares: LeastSquares, x: Floats) -> Solution:
+def final_fit(squares: LeastSquares, x: Floats, inflation: Floats | float = 1.0) -> Solution:
     """Return the least-squares solution near x; its residuals are in units of their noise.
 
     The samples depend on the uncertainty of the parameters and it on them: a few repetitions.
+
+    Parameters
+    ----------
+    squares : LeastSquares
+    x : ndarray, shape (p,)
+    inflation : float or ndarray, shape (p,), optional
+        Ratio of the variances of the parameters to those under white residuals.
     """
     steps = np.asarray(1e-2 * sizes(x))
     given = squares.model.fit.noise
@@ -532,7 +544,7 @@ def final_fit(squares: LeastSquares, x: Floats) -> Solution:
         squares = replace(squares, noise=noise)
         slopes = squares.over(mask).jacobian(x, DIFFERENCE, squares.bounds)
         covariance = covariance_of(slopes)
-        deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        deviations = np.sqrt(np.maximum(inflation * np.diag(covariance), 0.0))
         new = np.clip(SIGMAS * deviations, SMALLEST_STEP * sizes(x), LARGEST_STEP)
         if i > 2 and np.allclose(new, steps, rtol=0.05):
             break

@@ -349,6 +349,15 @@ class FitModel:
         channels = self.measurement.channels
         return ("F_f",) if self.fit.is_rig else tuple(channels)
 
+    @property
+    def has_recorded_base(self) -> bool:
+        """Whether the base motion is a record, whose sensor has noise.
+
+        It is none for a rig and for curves.
+        """
+        inputs = getattr(self.motion, "inputs", ())
+        return bool(inputs) and self.fit.measured is not None and not self.fit.is_rig
+
     @cached_property
     def fixed_start(self) -> tuple[str, ...]:
         """Keys of the start state that are not fitted; none for a rig, which imposes it."""
@@ -735,6 +744,9 @@ def build_model(scenario: Scenario) -> FitModel:
     if max_seeds(scenario) > 1:
         sentence = "excitation.seeds: a measured response belongs to one base motion"
         raise scenario.error(sentence, "excitation.seeds")
+    if getattr(fit.noise, "u_dd", None) is not None and not getattr(motion, "inputs", ()):
+        sentence = "fit.noise.u_dd is the noise of a record, but the base motion is none"
+        raise scenario.error(sentence, "fit.noise.u_dd")
     fitted_end(scenario, measurement)  # raises if too little is left to fit
     for law in fit.laws:
         model_of_law(scenario, motion, measurement, law)  # raises what the law lacks

@@ -1,7 +1,10 @@
 """Profile likelihood: intervals of fitted parameters from the rise of the sum of squares.
 
 One parameter is fixed and the others are fitted again. The interval ends where the sum of
-squares has risen by 3.84 noise variances (likelihood ratio, 95 %).
+squares has risen by 3.84 noise variances (likelihood ratio, 95 %). Where the noise of the base
+colours the residuals, the rise is divided by the ratio of the variance of the parameter to that
+under white residuals: the adjustment of a composite likelihood (Pace, Salvan and Sartori 2011,
+Statistica Sinica 21, 129).
 """
 
 from __future__ import annotations
@@ -53,7 +56,10 @@ jumps, that of the distance of the end."""
 
 
 class ProfilePoint(NamedTuple):
-    """Value of one scaled parameter, rise of the sum of squares, and all parameters there."""
+    """Value of one scaled parameter, rise of the sum of squares, and all parameters there.
+
+    The rise is in noise variances, adjusted for the noise of the base.
+    """
 
     value: float
     rise: float
@@ -81,7 +87,7 @@ def profile_of(solution: Solution, determined: Sequence[int], j: int) -> Paramet
         step = float(np.clip(NORMAL_95 * deviation, ROUNDING * size, size))
     ends = []
     for sign in (-1.0, 1.0):
-        end, tried = _profile_end(solution, others, j, sign * step)
+        end, tried = _profile_end(solution, others, j, sign * step, NORMAL_95 * deviation)
         ends.append(end)
         points += tried
     profile = ParameterProfile(ends[0], ends[1], sorted(points, key=lambda point: point[:2]))
@@ -105,7 +111,8 @@ def _over_all_samples(
     least = squares.cost(solution.x)
 
     def point(x: Floats) -> ProfilePoint:
-        return ProfilePoint(float(x[j]), squares.cost(x) - least, x)
+        rise = (squares.cost(x) - least) / solution.inflation(j)
+        return ProfilePoint(float(x[j]), rise, x)
 
     starts = [
         *(point.x for point in selected.points),
@@ -151,12 +158,13 @@ def _first_within(points: Sequence[ProfilePoint]) -> int:
 
 
 def _profile_end(
-    solution: Solution, others: list[int], j: int, step: float
+    solution: Solution, others: list[int], j: int, step: float, least: float = 0.0
 ) -> tuple[float | None, list[ProfilePoint]]:
     """Return one end of a profile interval by the secant rule on the root of the rise.
 
     An end is a value that the record excludes: None where there is none up to the bound of the
-    parameter, or far beyond its size. The signed `step` leads to the first point.
+    parameter, or far beyond its size. The signed `step` leads to the first point; where the
+    rise jumps, the end is no nearer than the distance `least`.
     """
     start, sign = float(solution.x[j]), float(np.sign(step))
     limit = solution.squares.bounds[0 if sign < 0 else 1][j]
@@ -187,7 +195,10 @@ def _profile_end(
             wanted = min(wanted, far)
         elif not near + (far - near) / PROFILE_GROWTH < wanted < far or len(points) % 3 == 0:
             wanted = 0.5 * (near + far)  # secants alone may approach from one side, slowly
-    return start + sign * outer, points  # rather too wide than too narrow
+    # The rise jumps where a stop is just made or just missed, perhaps next to the solution:
+    # rather too wide than too narrow, and no narrower than by the covariance.
+    end = start + sign * max(outer, least)
+    return float(min(end, limit) if sign > 0 else max(end, limit)), points
 
 
 def _profile_point(solution: Solution, others: list[int], j: int, value: float) -> ProfilePoint:
@@ -204,4 +215,4 @@ def _profile_point(solution: Solution, others: list[int], j: int, value: float) 
         best = minimise(residuals, np.clip(best, *bounds), DIFFERENCE, bounds, PROFILE_CALLS)
     rise = float(np.sum(residuals.value(best) ** 2)) - solution.sum_of_squares
     x[others] = best
-    return ProfilePoint(value, rise, x)
+    return ProfilePoint(value, rise / solution.inflation(j), x)

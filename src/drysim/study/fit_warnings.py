@@ -113,13 +113,15 @@ def fit_warnings(
         )
         yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
     for name in law_fit.model.compared:
-        rho = lag_correlation(law_fit, name)
+        rho, expected = lag_correlation(law_fit, name), expected_correlation(law_fit, name)
         if error > EXACT and abs(white_score(law_fit, name)) > WHITE:
-            factor = format_number(np.sqrt((1.0 + rho) / (1.0 - rho)), digits=2)
+            left = rho - expected
+            factor = format_number(np.sqrt((1.0 + left) / (1.0 - left)), digits=2)
+            beside = f", {expected:.2f} by the noise of the base" if expected else ""
             sentence = (
                 f"the residuals of {name} are not white (correlation of neighbours "
-                f"{rho:.2f}): the intervals are too "
-                + (f"narrow, by a factor of about {factor}" if rho > 0.0 else "wide")
+                f"{rho:.2f}{beside}): the intervals are too "
+                + (f"narrow, by a factor of about {factor}" if left > 0.0 else "wide")
             )
             yield WarningMessage("residuals-not-white", sentence, {"correlation": rho})
 
@@ -139,9 +141,21 @@ def cause_of_bad_fit(law_fit: LawFit, of_records: Sequence[WarningMessage]) -> s
 
 
 def white_score(law_fit: LawFit, name: str) -> float:
-    """Return the correlation of neighbouring residuals in its standard deviations."""
+    """Return the correlation of neighbouring residuals in its standard deviations.
+
+    What the noise of the base explains does not count.
+    """
     count = int(law_fit.solution.mask.sum())
-    return lag_correlation(law_fit, name) * float(np.sqrt(count))
+    left = lag_correlation(law_fit, name) - expected_correlation(law_fit, name)
+    return left * float(np.sqrt(count))
+
+
+def expected_correlation(law_fit: LawFit, name: str) -> float:
+    """Return the correlation of neighbouring residuals by the noise of the base."""
+    noise = law_fit.base_noise
+    if noise is None or noise.level == 0.0:
+        return 0.0
+    return noise.lag_correlation(law_fit.model.compared.index(name))
 
 
 def lag_correlation(law_fit: LawFit, name: str) -> float:

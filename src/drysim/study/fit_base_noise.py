@@ -1,0 +1,209 @@
+"""What the noise of the base record adds to the residuals of a fit, and to its intervals.
+
+Problem
+    The computed motion follows the *measured* base, whose noise e_b passes through the
+    oscillator: to first order the residuals are e - G e_b, with G the response to the base.
+    Where the mass slides this is slow, as the motion is, and far larger in the band that
+    decides over the parameters than its RMS tells. The inverse of J'J takes the residuals for
+    white and is then too small.
+
+Method
+    1. The response to the noise is that of the fitted motion itself: noise is drawn, added to
+       the base record, and the motion solved anew. The changes d_i of the residuals contain
+       the shifts of stops and break-aways, too.
+    2. The residuals have the spectrum a S_w + b S_d, with S_w that of white noise and S_d the
+       mean one of the d_i, both without the part that the fit of the parameters takes away.
+       The shares a (of each channel) and b maximise Whittle's likelihood, by Fisher scoring:
+       least squares of the periodogram, weighted by the spectrum itself. Stated noise is a
+       share that is given. White noise in the base record is at least seen in its fourth
+       differences: no more than these show is estimated, so that a model that lacks something
+       is not taken for noise.
+    3. The least-squares estimate has the covariance P J' C J P with P = (J'J)^-1 and C the
+       covariance of the residuals ("sandwich"; Huber 1967, White 1980).
+    4. In a profile the rise of the sum of squares is compared with the quantile of chi-square
+       times the ratio of both variances of the parameter, as for a composite likelihood (Pace,
+       Salvan and Sartori 2011, Statistica Sinica 21, 129; Chandler and Bate 2007, Biometrika
+       94, 167).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from drysim.core.model import Floats, Samples
+from drysim.study.fit_least_squares import NOISE_MARGIN, NOISELESS, OUTLIER, Solution, rms
+from drysim.study.starting_values import noise_level
+
+DRAWS, PILOT_DRAWS = 64, 16
+"""Number of drawn noises; of those that find the size of the noise. With 64 the standard
+deviation that the noise adds to a parameter is known to 9 %."""
+
+PILOT_SHARE = 0.01
+"""Noise of the pilot draws, relative to the RMS of the base record."""
+
+SEED = 2011
+"""Seed of the draws."""
+
+SCORINGS = 30
+"""Number of steps of Fisher scoring."""
+
+SMALLEST_SPECTRUM = 1e-9
+"""Spectrum of the residuals, relative to its largest value, below which a bin has no more
+weight."""
+
+
+class BaseNoise(NamedTuple):
+    """Noise of the base record, and the residuals that it leaves."""
+
+    level: float
+    """Standard deviation of each sample [m/s²]."""
+    is_stated: bool
+    spectra: Floats
+    """Expected periodogram of the residuals of each channel, shape (channels, bins)."""
+
+    def lag_correlation(self, channel: int) -> float:
+        """Return the expected correlation of neighbouring residuals of a channel."""
+        power = self.spectra[channel]
+        angles = np.linspace(0.0, np.pi, len(power) + 1)[1:]
+        return float(np.sum(power * np.cos(angles)) / np.sum(power))
+
+
+class Changes(NamedTuple):
+    """What drawn noises of the base record change."""
+
+    spectra: Floats
+    """Mean periodogram of the residuals' changes in each channel, shape (channels, bins)."""
+    covariance: Floats
+    """Second moments of the scaled parameters, shape (p, p)."""
+
+
+def with_base_noise(solution: Solution) -> tuple[Solution, BaseNoise | None]:
+    """Return the solution with its covariance under noise of the base record, and this noise.
+
+    There is none if the base is not a record, as that of a rig or of a formula.
+    """
+    model = solution.squares.model
+    motion = model.motion
+    if not model.has_recorded_base:
+        return solution, None
+    assert isinstance(motion, Samples), "a record has samples"
+    stated = getattr(model.fit.noise, "u_dd", None)
+    u_dd, level, largest = np.asarray(motion.u_dd[:]), stated, np.inf
+    if level is None:
+        seen, size = noise_level(u_dd), float(np.abs(u_dd).max())
+        if seen <= NOISELESS * size:  # the curvature of the motion
+            return solution, BaseNoise(0.0, False, white_spectra(solution))
+        level, largest = PILOT_SHARE * rms(u_dd), NOISE_MARGIN * seen
+        pilot = changes_under(solution, level, PILOT_DRAWS)
+        level = min(level * float(np.sqrt(noise_shares(solution, pilot.spectra)[-1])), largest)
+    white = white_spectra(solution)
+    if level == 0.0:
+        return solution, BaseNoise(0.0, stated is not None, white)
+    changes = changes_under(solution, level, DRAWS)
+    is_given = stated is not None or level == largest
+    *channels, base = noise_shares(solution, changes.spectra, 1.0 if is_given else None)
+    base = min(base, (largest / level) ** 2)
+    shares = np.array(channels)
+    rows = np.repeat(np.sqrt(shares), solution.mask.sum())[:, None] * solution.jacobian
+    covariance = solution.covariance @ (rows.T @ rows) @ solution.covariance
+    robust = covariance + base * changes.covariance
+    noise = BaseNoise(
+        level * float(np.sqrt(base)),
+        stated is not None,
+        shares[:, None] * white + base * changes.spectra,
+    )
+    return solution._replace(robust_covariance=robust), noise
+
+
+def changes_under(solution: Solution, level: float, draws: int) -> Changes:
+    """Return what white noise of the base record changes, as the mean over draws."""
+    squares, random = solution.squares, np.random.default_rng(SEED)
+    model, motion = squares.model, squares.model.motion
+    assert isinstance(motion, Samples), "the base is recorded"
+    fitted, mask = squares.solve(solution.x), solution.mask
+    assert fitted is not None, "the solution was solved before"
+    residuals = squares.residuals(fitted, mask)
+    basis = tangent_basis(solution)
+    to_parameters = solution.covariance @ solution.jacobian.T
+    spectra, moments = [], []
+    u_dd = np.asarray(motion.u_dd[:])
+    for _ in range(draws):
+        noisy = motion._replace(u_dd=u_dd + level * random.normal(size=len(u_dd)), u=None)
+        solved = replace(squares, model=replace(model, motion=noisy)).solve(solution.x)
+        if solved is None:
+            continue
+        change = squares.residuals(solved, mask) - residuals
+        # A measured sample at which an event passes is an outlier, and not selected.
+        same = (solved.modes == fitted.modes)[mask]
+        same = np.tile(same, len(change) // len(same))
+        change[~same | (np.abs(change) > OUTLIER)] = 0.0
+        step = to_parameters @ change
+        moments.append(np.outer(step, step))
+        spectra.append(periodograms(solution, change - basis @ (basis.T @ change)))
+    return Changes(np.mean(spectra, axis=0), np.mean(moments, axis=0))
+
+
+def tangent_basis(solution: Solution) -> Floats:
+    """Return an orthonormal basis of the changes of the residuals that parameters make."""
+    from scipy.linalg import orth
+
+    basis: Floats = orth(solution.jacobian[:, solution.jacobian.any(axis=0)])
+    return basis
+
+
+def periodograms(solution: Solution, residuals: Floats) -> Floats:
+    """Return the periodogram of the selected residuals of each channel; the others count as 0.
+
+    White residuals of variance 1 have about the value 1 in each bin, less with few samples
+    selected. The mean is left out.
+    """
+    mask, rows = solution.mask, residuals.reshape(-1, int(solution.mask.sum()))
+    series = np.zeros((len(rows), len(mask)))
+    series[:, mask] = rows
+    spectra: Floats = np.abs(np.fft.rfft(series, axis=1)[:, 1:]) ** 2 / len(mask)
+    return spectra
+
+
+def white_spectra(solution: Solution) -> Floats:
+    """Return the expected periodograms of white noise, less what the parameters take away."""
+    columns = (periodograms(solution, column) for column in tangent_basis(solution).T)
+    spectra: Floats = np.mean(solution.mask) - np.sum([*columns], axis=0)
+    return spectra
+
+
+def noise_shares(solution: Solution, spectra: Floats, base: float | None = None) -> Floats:
+    """Return the share of each channel's noise in its residuals, and that of the base noise.
+
+    A share that is stated is 1, as that of a channel whose noise the file states.
+
+    Parameters
+    ----------
+    solution : Solution
+    spectra : ndarray, shape (channels, bins)
+        Periodograms of what the base noise changes.
+    base : float, optional
+        Share of the base noise; default: the most likely one.
+    """
+    from scipy.optimize import nnls
+
+    squares = solution.squares
+    stated = squares.model.fit.noise
+    residuals = squares.residuals(squares.solve(solution.x), solution.mask)
+    power, white = periodograms(solution, residuals), white_spectra(solution)
+    count, bins = power.shape
+    terms = np.zeros((count + 1, count, bins))
+    terms[np.arange(count), np.arange(count)] = white
+    terms[count] = spectra
+    terms, wanted = terms.reshape(count + 1, -1).T, power.ravel()
+    known = [1.0 if getattr(stated, name, None) else None for name in squares.model.compared]
+    fixed = np.array([value is not None for value in (*known, base)])
+    shares = np.ones(count + 1)
+    for _ in range(SCORINGS):
+        expected = terms @ shares
+        expected = np.maximum(expected, SMALLEST_SPECTRUM * expected.max())
+        left = wanted - terms[:, fixed] @ shares[fixed]
+        shares[~fixed] = nnls(terms[:, ~fixed] / expected[:, None], left / expected)[0]
+    return shares
