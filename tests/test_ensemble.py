@@ -581,11 +581,15 @@ def test_seeds_of_another_run_are_refused_and_damaged_ones_computed_again(
     with stopped(monkeypatch):
         assert drysim(*words, "-o", "part").code == 130
     assert drysim(*words, "-o", "whole").code == 0
+    partial = noisy.parent / "part.partial"
+    before = {file: file.read_bytes() for file in partial.rglob("*") if file.is_file()}
+    assert partial / "ensemble.csv" in before
     other = drysim(*words, "-o", "part", "--resume", "--set", "oscillator.mass=76")
     assert other.code == 2
+    assert before == {file: file.read_bytes() for file in partial.rglob("*") if file.is_file()}
     told = "part.partial holds cases of other work: another scenario, record or version"
     assert told in other.err
-    store = noisy.parent / "part.partial/seeds"
+    store = partial / "seeds"
     first, second, *others = sorted(store.glob("*.npz"))
     assert len(others) > 3
     content = bytearray(first.read_bytes())

@@ -347,10 +347,15 @@ def locked_store(
     folder: Path, parts: Parts, mode: OutputMode
 ) -> Iterator[tuple[LockedFolder, Store]]:
     """Lock an output folder and yield it with the store of its finished parts."""
-    from drysim.study.store import Store, work_identity
+    from drysim.study.store import Store, is_resumable, work_identity
 
-    with mode.lock(folder, parts.resume, parts.name) as locked:
-        identity = work_identity(parts.scenario)
+    identity = work_identity(parts.scenario)
+
+    def check(partial: Path) -> None:
+        if parts.resume:
+            is_resumable(partial / parts.name, identity)
+
+    with mode.lock(folder, parts.resume, parts.name, check) as locked:
         store = Store(locked.partial / parts.name, identity, parts.resume)
         if parts.resume:
             mode.print_status(describe_resumed(folder, parts, store))

@@ -12,7 +12,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from io import TextIOWrapper
@@ -347,12 +347,14 @@ class OutputMode(NamedTuple):
         terminal.print_stderr(sentence)
 
     @contextmanager
-    def lock(self, folder: Path, resume: bool, what: str) -> Iterator[LockedFolder]:
-        """Lock an output folder; report which finished work is discarded."""
+    def lock(
+        self, folder: Path, resume: bool, what: str, check: Callable[[Path], object]
+    ) -> Iterator[LockedFolder]:
+        """Lock an output folder, as `lock_partial`; report which work is discarded."""
         from drysim import output
 
         held = output.resumable_parts(folder)
-        with output.lock_partial(folder, resume) as locked:
+        with output.lock_partial(folder, resume, check) as locked:
             for parts in held:
                 if not (resume and parts == what):
                     command = output.STORES[parts]

@@ -210,7 +210,9 @@ class LockedFolder(NamedTuple):
 
 
 @contextmanager
-def lock_partial(folder: Path, resume: bool = False) -> Iterator[LockedFolder]:
+def lock_partial(
+    folder: Path, resume: bool = False, check: Callable[[Path], object] | None = None
+) -> Iterator[LockedFolder]:
     """Lock `<name>.partial` and mark it as drysim's while the block runs.
 
     Parameters
@@ -219,6 +221,8 @@ def lock_partial(folder: Path, resume: bool = False) -> Iterator[LockedFolder]:
         The output folder as the user named it.
     resume : bool, optional
         Keep the finished cases of an interrupted sweep.
+    check : callable, optional
+        Called with `<name>.partial` when it is locked and nothing in it was changed.
 
     Yields
     ------
@@ -238,6 +242,8 @@ def lock_partial(folder: Path, resume: bool = False) -> Iterator[LockedFolder]:
         partial.mkdir(parents=True, exist_ok=True)
         try:
             with exclusive_lock(partial, folder):
+                if check is not None:
+                    check(partial)
                 yield from _mark_partial(folder, target, partial, resume)
         except OSError:
             with suppress(OSError):

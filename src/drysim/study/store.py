@@ -64,10 +64,7 @@ class Store:
         self.folder = folder
         self.sweep = identity_digest(identity)
         self._finished: set[str] = set()
-        # Links and special files are never resumed from.
-        if resume and not folder.is_symlink() and (folder / IDENTITY_FILE).is_file():
-            if self._read_identity() != dict(identity):
-                raise other_work_error(folder.parent)
+        if resume and is_resumable(folder, identity):
             self._finished.update(file.name for file in folder.glob(f"*{BATCH_SUFFIX}"))
             return
         shutil.rmtree(folder, ignore_errors=True)
@@ -157,12 +154,6 @@ class Store:
         except FileNotFoundError:
             raise system.removed_error(self.folder.parent) from None
         self._finished.add(file.name)
-
-    def _read_identity(self) -> Any:
-        try:
-            return json.loads((self.folder / IDENTITY_FILE).read_text(encoding="utf-8"))
-        except ValueError:
-            return None
 
 
 def as_list(array: NDArray[Any]) -> Any:
@@ -287,9 +278,25 @@ def identity_digest(identity: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:32]
 
 
-def other_work_error(folder: Path) -> UsageError:
-    """Return the error for finished cases of another computation."""
-    return UsageError(
-        f"{folder} holds cases of other work: another scenario, record or version of drysim",
-        "run the command without --resume to start over",
-    )
+def is_resumable(folder: Path, identity: Mapping[str, Any]) -> bool:
+    """Whether a folder holds a store, of this computation; links are never resumed from.
+
+    Raises
+    ------
+    UsageError
+        When the store is that of another computation.
+    """
+    file = folder / IDENTITY_FILE
+    if folder.is_symlink() or not file.is_file():
+        return False
+    try:
+        stored = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError:
+        stored = None
+    if stored != dict(identity):
+        raise UsageError(
+            f"{folder.parent} holds cases of other work: another scenario, record or version "
+            "of drysim",
+            "run the command without --resume to start over",
+        )
+    return True
