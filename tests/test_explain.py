@@ -18,6 +18,7 @@ from drysim.manual.words import (
     KEY,
     LAW,
     METRIC,
+    TERMS,
     Entry,
     entries,
     explain,
@@ -171,6 +172,11 @@ def test_list_shows_every_word_but_keys_in_blocks_once_in_its_group(drysim):
     for word in ("excitation", "EM3", "stick-slip", "T_a", "best", "stroke-violated", "force"):
         assert re.search(rf"(?<![\w.-]){re.escape(word)}(?![\w-])", shown), word
     assert "oscillator.mass" not in shown
+
+
+@pytest.mark.parametrize("entry", sorted(set(TERMS.values())))
+def test_what_a_term_stands_for_is_explained(entry):
+    assert explain(entry)
 
 
 def test_no_word_is_refused(refused):

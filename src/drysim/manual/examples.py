@@ -87,6 +87,7 @@ VALUES = {
     "name": "my-seat",
     "noise": "{x_dd: 0.05}",
     "noise.F_f": "0.5",
+    "noise.u_dd": "0.02",
     "noise.v_r": "1 mm/s",
     "noise.x_dd": "0.05",
     "noise.x_r": "0.1 mm",
