@@ -447,6 +447,14 @@ def test_scenes_without_branches_are_refused_with_the_reason(tmp_path, changes, 
     assert words in str(fault.value) + str(fault.value.problems)
 
 
+def test_weighted_metrics_are_left_out_as_checks_are(tmp_path):
+    changes = {"measure": {"direction": "vertical"}, "checks": ["SEAT < 0.9"]}
+    result = drysim.branches(paper(tmp_path, 1.0, overrides=changes))
+    assert result.branches
+    assert [verdict.passed for verdict in result.checks] == [None]
+    assert not result.warnings
+
+
 def test_further_keys_of_the_sweep_are_told_to_stay(tmp_path):
     further = "  friction.kinetic: [30, 45]\n  excitation.frequency: [0.4, 0.5]\n"
     result = drysim.branches(load_text(tmp_path, PAPER.replace("HZ", "0.5") + further))

@@ -278,6 +278,17 @@ def test_legend_of_a_map_names_the_point_of_the_scenario(paper):
 # The command.
 
 
+def test_weighting_and_checks_of_it_change_nothing(tmp_path):
+    weighted = "measure: {direction: vertical, exposure: 4 h}\nchecks: [SEAT < 0.9, T_a < -1]\n"
+    small = OVER.replace("33", "5")
+    plain, result = (
+        drysim.map_regimes(load_text(tmp_path, PAPER + small + more)) for more in ("", weighted)
+    )
+    assert (result.labels[REGIME] == plain.labels[REGIME]).all()
+    assert not result.warnings
+    assert [verdict.passed for verdict in result.checks] == [None, None]
+
+
 def test_command_writes_lines_picture_and_report(command, tmp_path):
     (tmp_path / "plane.yaml").write_text(f"drysim: 1\n{PAPER}{OVER}")
     done = command("map", "plane.yaml", "--report")

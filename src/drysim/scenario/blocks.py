@@ -392,6 +392,10 @@ class Measure(Block):
             return DIRECTIONS[self.direction]
         return (self.weighting, 1.0) if self.weighting else None
 
+    def without_weights(self) -> Self:
+        """Return the block without weighting, for studies that need no weighted metrics."""
+        return self.model_copy(update={"direction": None, "weighting": None, "exposure": None})
+
 
 MAX_CHECKS = 1000
 """Maximum number of checks; more are a mistake or an attack."""

@@ -322,7 +322,9 @@ def prepare_branches(scenario: Scenario) -> Case:
         )
         raise scenario.error(sentence, ("sweep", axis.key))
     checks = tuple(check for check in scenario.checks if check.keys <= {axis.key})
-    alone = scenario.copy_with({"sweep": (axis,), "reference": None, "checks": checks})
+    # Weighted metrics are left out, as checks are.
+    kept = {"sweep": (axis,), "checks": checks, "measure": scenario.measure.without_weights()}
+    alone = scenario.copy_with({**kept, "reference": None})
     if refused := refusal(alone):
         sentence, keys = refused
         raise scenario.error(sentence, keys or ("sweep", axis.key))
@@ -365,8 +367,6 @@ def refusal(scenario: Scenario) -> tuple[str, KeyPath] | None:
     if not measure.steady:
         sentence = "branches needs a steady state: give `measure.steady`, and no window of time"
         return sentence, ("measure",)
-    if measure.weights is not None:
-        return "branches computes no weighted metrics; remove measure.weights", ("measure",)
     if isinstance(friction, Leuven):
         sentence = (
             "branches does not support the Leuven law, whose state is a stack of reversals; "

@@ -519,7 +519,7 @@ def check_steady(scenario: Scenario) -> None:
             "frequencies and levels from the curves"
         )
         raise scenario.error(sentence, ("excitation", "kind"))
-    measure = scenario.measure.model_copy(update={"weights": None})
+    measure = scenario.measure.without_weights()
     if not can_solve_together(scenario.copy_with({"measure": measure, "sweep": ()})):
         sentence = (
             "fit.curves: curves are fitted under Coulomb friction by stick-slip, without end "

@@ -29,7 +29,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
@@ -234,7 +234,7 @@ def read_axis(scenario: Scenario, axis: Axis) -> KeyRange:
 
 def steady_scenario(scenario: Scenario) -> Scenario:
     """Return the scenario with the steady state as its window, without weighting."""
-    steady = scenario.measure.model_copy(update={"steady": True, "weighting": None})
+    steady = scenario.measure.without_weights().model_copy(update={"steady": True})
     return scenario.copy_with({"measure": steady})
 
 
@@ -507,7 +507,10 @@ def map_regimes(scenario: Scenario, *, workers: int | None = None) -> RegimeMap:
 def prepare_map(scenario: Scenario) -> Case:
     """Return the case of a map; errors as `map_regimes`."""
     require_map(scenario)
-    return prepare(scenario)
+    # A map has no weighted metrics and judges no checks: nothing is to be said of them.
+    measure = scenario.measure.without_weights()
+    case = prepare(scenario.copy_with({"measure": measure, "checks": ()}))
+    return replace(case, scenario=scenario)
 
 
 def solve(
