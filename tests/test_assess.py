@@ -18,6 +18,7 @@ from drysim.plots.assess import heading
 from drysim.results.assess import ASSESS, format_hours
 from drysim.study import gallery
 from drysim.study.assess import band_of_coherence, band_of_H1
+from drysim.study.validate import describe_scenario
 
 RATE = 200.0
 PLANT = "oscillator: {mass: 75, stiffness: 4500, damping: 400}\n"
@@ -407,6 +408,10 @@ def test_base_may_be_the_record_of_the_excitation(tmp_path):
     result = assess(tmp_path, changes, run={k: record[k] for k in ("seat", "stroke")} | record)
     assert result.metrics == apart
     assert [each.file for each in result.inputs] != []
+    scene = dict(ASSESS.summary(result).scene)
+    assert scene["measured"] == "u_dd of floor.csv, x_dd, x_r along z of run.csv"
+    notes, _ = describe_scenario(result.scenario)
+    assert notes[0].startswith("assessed: run.csv along z on the base of floor.csv, ")
 
 
 def test_lag_that_is_stated_is_removed(tmp_path):

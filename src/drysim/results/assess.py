@@ -31,6 +31,7 @@ from drysim.study.assess import (
     Run,
     band_of_coherence,
     band_of_H1,
+    base_file,
     combine,
 )
 from drysim.study.summary import BAD, GOOD, Grid, Row, Summary
@@ -81,7 +82,9 @@ def assess_scene(result: AssessResult) -> Iterator[tuple[str, str]]:
     along = f" along {first.axis}" if first.axis else ""
     axes = [run.axis for run in result.others if run.file == first.file]
     besides = f"; also along {join_words(axes)}" if axes else ""
-    yield "measured", f"u_dd, {', '.join(names)}{along} of {files}{besides}"
+    base = base_file(scenario)
+    of_base = f" of {wording.sanitise(base)}" if base else ""
+    yield "measured", f"u_dd{of_base}, {', '.join(names)}{along} of {files}{besides}"
     lengths = [run.length for run in result.runs]
     rate = format_number(round(1.0 / first.dt, 6), "Hz")
     settle = scenario.measure.settle

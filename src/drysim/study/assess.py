@@ -308,6 +308,19 @@ def require_bases(scenario: Scenario) -> None:
         raise scenario.error(sentence, "assess.measured.more_files")
 
 
+def base_file(scenario: Scenario) -> str:
+    """Return the file of the base where it is not that of the mass; else empty."""
+    measured, excitation = assess_of(scenario).measured, scenario.excitation
+    if measured.u_dd is not None or not isinstance(excitation, Record):
+        return ""
+    return "" if excitation.path == measured.path else shown_name(excitation.file)
+
+
+def shown_name(file: str) -> str:
+    """Return a file as its scenario names it, an absolute one without its folder."""
+    return Path(file).name if Path(file).is_absolute() else file
+
+
 def prepare_runs(scenario: Scenario) -> tuple[list[PreparedRun], list[PreparedRun]]:
     """Read all records: along the axis of `measured`, and along other axes.
 
@@ -449,7 +462,7 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> PreparedRun:
     missing = {*scenario.missing_blocks, *scenario.missing_values} - {"excitation"}
     return PreparedRun(
         axis=axis or main_axis,
-        file=Path(file).name if Path(file).is_absolute() else file,
+        file=shown_name(file),
         case=case,
         motion=motion,
         measurement=measurement,

@@ -159,10 +159,12 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[WarningMessag
         from drysim.study import assess
 
         runs, others = assess.prepare_runs(scenario)
+        file = assess.base_file(scenario)
+        on_base = f" on the base of {file}" if file else ""
         for run in (*runs, *others):
             t = run.measurement.t
             span = f"{len(t)} samples over {float(t[-1] - t[0]):.6g} s"
-            notes.append(f"assessed: {run.name}, {span}")
+            notes.append(f"assessed: {run.name}{on_base}, {span}")
         warned += assess.records_warnings([*runs, *others], assess.segment_of(runs))
         warned += assess.check_warnings(scenario)
     cases = []
