@@ -607,8 +607,12 @@ def test_report_without_a_model_says_nothing_of_one(tmp_path):
     record = seat_record()
     for changes, has_model in (({}, False), (MODEL, True)):
         page = drysim.report(assess(tmp_path, changes, run=record))
-        for word in ("dry-friction contact", "F_fk", "What was computed"):
+        for word in ("dry-friction contact", "F_fk", "What was computed", "solver:"):
             assert (word in page) == has_model
+        assert "between the grid points" not in page
+    page = drysim.report(assess(tmp_path, {"assess.measured.x_r": None}, run=record))
+    for symbol, is_shown in {"x_r": False, "T_x": False, "T_a": True}.items():
+        assert (f'<th scope="row">{symbol}</th>' in page) == is_shown
 
 
 def test_block_without_an_assess_block_is_required_as_before(tmp_path):

@@ -487,6 +487,14 @@ OF_ACCELERATIONS = ("a_u", "a_x", "T_a", "x_dd_peak")
 OF_STROKE = ("x_r_rms", PEAK_STROKE, "x_r_max", "x_r_min", STROKE_USED, "stroke_suffices")
 """Metrics of measured samples besides the weighted ones: of acceleration and of stroke."""
 
+ABOUT_SAMPLES = {
+    PEAK_STROKE: "stroke: largest |x_r| of the samples in the window",
+    "x_r_max": "largest x_r of the samples in the window, at least 0",
+    "x_r_min": "smallest x_r of the samples in the window, at most 0",
+    "x_dd_peak": "largest |ẍ| of the samples of the mass in the window",
+}
+"""What metrics mean of measured samples where that differs from a computed motion."""
+
 
 def evaluate_samples(
     x_dd: Floats,

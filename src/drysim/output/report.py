@@ -26,7 +26,7 @@ from drysim.approach import EXACT
 from drysim.console.summary import MAX_ALIKE, check_mark
 from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError
 from drysim.manual.words import APPROACH, TERMS, WARNING, entries, explain
-from drysim.metrics.table import METRICS_BY_NAME
+from drysim.metrics.table import ABOUT_SAMPLES, METRICS_BY_NAME, PEAK_STROKE
 from drysim.output.folder import (
     AGAIN_HINT,
     MARKER,
@@ -176,7 +176,8 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
         has_model=has_model,
         symbols=[
             (symbol, meanings(symbol.partition(",")[0]))
-            for symbol in (*MODEL_SYMBOLS * has_model, *SYMBOLS)
+            for symbol in (*MODEL_SYMBOLS, *SYMBOLS)
+            if has_model or symbol in symbols_of_samples(fields)
         ],
         most=MAX_LISTED,
         state=state,
@@ -200,7 +201,7 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
         pictures=pictures,
         metrics_about=stored.describe_metrics(fields),
         metrics=tables,
-        metric_meanings=meanings_of_metrics(tables),
+        metric_meanings=meanings_of_metrics(tables, "assess" in fields),
         evidence=list(evidence(fields)),
         warnings=list(warnings_by_slug(fields)),
         scenario_text=text[:MAX_SCENARIO],
@@ -407,7 +408,7 @@ def meaning_of_row(row: Row, fields: Fields) -> str:
     of_key = {short_key(key, keys): key for key in keys}
     if row.label in of_key:
         return meanings(of_key[row.label])
-    return meaning_of_metric(TERMS.get(row.label, row.label))
+    return meaning_of_metric(TERMS.get(row.label, row.label), "assess" in fields)
 
 
 def legend(rows: Sequence[Row], kind: str) -> list[tuple[str, str]]:
@@ -421,8 +422,16 @@ def legend(rows: Sequence[Row], kind: str) -> list[tuple[str, str]]:
     ]
 
 
-def meaning_of_metric(name: str) -> str:
-    """Return the meaning of a metric; empty for another word."""
+def symbols_of_samples(fields: Fields) -> set[str]:
+    """Return the symbols that stand in an evaluation of measurements without a model."""
+    shown = {name for name, value in fields["metrics"].items() if value is not None}
+    return {"ü"} | shown & {"T_a"} | ({"x_r"} if PEAK_STROKE in shown else set())
+
+
+def meaning_of_metric(name: str, is_measured: bool = False) -> str:
+    """Return the meaning of a metric, or of one of measured samples; empty for another word."""
+    if is_measured and name in ABOUT_SAMPLES:
+        return ABOUT_SAMPLES[name]
     return METRICS_BY_NAME[name].about if name in METRICS_BY_NAME else ""
 
 
@@ -453,10 +462,14 @@ def metric_tables(fields: Fields) -> Iterator[tuple[str, list[list[str]]]]:
         yield approach, [list(row) for row in rows]
 
 
-def meanings_of_metrics(tables: Sequence[tuple[str, list[list[str]]]]) -> list[tuple[str, str]]:
+def meanings_of_metrics(
+    tables: Sequence[tuple[str, list[list[str]]]], is_measured: bool
+) -> list[tuple[str, str]]:
     """Return the metrics of all tables, with their meanings."""
     names = dict.fromkeys(row[0] for _, table in tables for row in table[1:])
-    return [(name, meaning) for name in names if (meaning := meaning_of_metric(name))]
+    return [
+        (name, meaning) for name in names if (meaning := meaning_of_metric(name, is_measured))
+    ]
 
 
 def evidence(fields: Fields) -> Lines:

@@ -461,6 +461,8 @@ class Scenario(FromFile):
         values["solver"] = {key: value for key, value in plain.items() if value != {}}
         if self.step is not None and not self.sweep and self.design is None:
             values["solver"]["step"] = self.step  # a default may differ between cases
+        if "oscillator" in self.missing_blocks:  # no motion is computed
+            values = {k: v for k, v in values.items() if k not in ("start", "solver")}
         if self.sweep and counts_in_periods(file_block := self.file_block("measure")):
             values["measure"] |= file_block  # the period may differ between cases
         elif self.measure.steady:
