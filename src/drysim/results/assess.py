@@ -10,7 +10,7 @@ import numpy as np
 
 from drysim import wording
 from drysim.metrics.comfort import EXPOSURE_LIMITS
-from drysim.metrics.spectra import excited_lines
+from drysim.metrics.spectra import MIN_POWER_SHARE, excited_lines
 from drysim.metrics.table import METRICS, PEAK_STROKE
 from drysim.metrics.text import format_labelled, format_value, label_of
 from drysim.results.fields import stored_fields
@@ -166,7 +166,8 @@ def transfer_rows(result: AssessResult) -> Iterator[Row]:
         "coherence",
         format_number(float(np.median(coherence)), digits=3),
         f"median from {format_number(float(transfer.f[lines[0]]), digits=3)} to "
-        f"{format_number(float(transfer.f[lines[-1]]), 'Hz', 3)}, where the base moves; least "
+        f"{format_number(float(transfer.f[lines[-1]]), 'Hz', 3)}, where the base PSD is above "
+        f"{format_percent(MIN_POWER_SHARE)} of its peak; least "
         f"{format_number(float(coherence.min()), digits=3)} at "
         f"{format_number(float(transfer.f[least]), 'Hz', 3)}",
     )
