@@ -304,6 +304,8 @@ TERMS = {
     "held out": "fit.hold_out",
     "starts": "starts-disagree",
     "error x_dd": "fit_error",
+    "error T_a": "fit_error",
+    "error T_x": "fit_error",
     "noise u_dd": "noise.u_dd",
     "residual": "x_dd_residual",
     "not white": "residuals-not-white",
