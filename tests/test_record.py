@@ -210,6 +210,7 @@ LOGGER = [
     "7;8\n",
     "Test 12\n2026-03-12 10:00\nchannels: 2\nnotes;none\n",
     "t0 = 0\n# remark\n1;2;3\n\n",
+    "Lab 3;\n",
 ]
 
 
@@ -407,7 +408,7 @@ FAULTS = {
     "near name": (ROWS, {"time": "t", "column": "u_d"}, "did you mean `u_dd`?"),
     "names": (ROWS, {"time": "zeit"}, "there are: `t [s]`, `u_dd [m/s2]`"),
     "lower header": (
-        "Cab 3;;\nDay;23.11.2026;\nTime;Acc;B\n0;1;1\n1;2;2\n",
+        "Cab;three;\nDay;23.11.2026;\nTime;Acc;B\n0;1;1\n1;2;2\n",
         {"time": "Time"},
         "row 3 has this name: `skip: 2` skips the rows above it",
     ),

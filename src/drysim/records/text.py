@@ -297,9 +297,11 @@ def find_header(file: TextFile) -> int:
             row = split_cells(below, mark)
         if len(row) == len(head) and all(map(is_number, row)):
             if is_header(head):
-                # If the top row is a header, words between it and the numbers are an error.
+                # If the top row is a header, words between it and the numbers are an error. A
+                # title that a spreadsheet filled up with delimiters is none.
                 cells = header_cells(first[0][1], mark, len(row))
-                return top if len(cells) == len(row) > 1 and is_header(cells) else line
+                several = sum(cell.text != "" for cell in cells) > 1
+                return top if several and len(cells) == len(row) and is_header(cells) else line
             if all(map(is_number, head)):
                 return 0
     return 0
