@@ -821,3 +821,14 @@ def test_kill_at_any_instant_leaves_what_resumes():
         assert names("out") == ["drysim.json", "events.csv"]
         shutil.rmtree("out")
     assert at[-1] > 100 > kept > 2
+
+
+def test_result_never_replaces_a_file_that_it_reads(seat, drysim, refused):
+    drysim("run", seat, "--out", "first")
+    seat.write_text(
+        "drysim: 1\nname: second\noscillator: {mass: 75, stiffness: 4500, damping: 300}\n"
+        "excitation: {kind: record, file: first/response.csv, time: t, column: x_dd}\n"
+    )
+    for out in ("first", "first/../first"):
+        assert "reads response.csv of first" in refused("run", seat, "--out", out)
+    assert drysim("run", seat, "--out", "second").code == 0

@@ -247,6 +247,7 @@ def run_job(case: Case, mode: OutputMode) -> Job:
 
     return Job(
         name=case.scenario.name,
+        scenario=case.scenario,
         kind="sweep" if case.scenario.static_interval else "run",
         plan=partial(work.run_plan, case),
         solve=solve,
@@ -272,6 +273,7 @@ def seeds_job(case: Case, workers: int | None, resume: bool) -> Job:
 
     return Job(
         name=case.scenario.name,
+        scenario=case.scenario,
         kind="ensemble",
         plan=partial(work.run_plan, case),
         solve=solve,
@@ -369,6 +371,7 @@ def sweep_job(case: Case, executor: Callable[[], Any], resume: bool, form: str) 
 
     return Job(
         name=case.scenario.name,
+        scenario=case.scenario,
         kind="sweep",
         plan=partial(work.grid_plan, case, [scenario.label for scenario in wanted]),
         solve=solve,
@@ -391,6 +394,7 @@ def swept_interval_job(case: Case, workers: int | None, form: str) -> Job:
 
     return Job(
         name=case.scenario.name,
+        scenario=case.scenario,
         kind="sweep",
         plan=partial(work.grid_plan, case, [case.scenario.label]),
         solve=solve,
@@ -437,6 +441,7 @@ def compare(
 
     job = Job(
         name=study_name(loaded.name, "compare"),
+        scenario=loaded,
         kind="comparison",
         plan=partial(work.grid_plan, case, [*wanted]),
         solve=solve_all,
@@ -471,6 +476,7 @@ def fit(
     models = study.prepare_fit(loaded)
     job = Job(
         name=study_name(loaded.name, "fit"),
+        scenario=loaded,
         kind="fit",
         plan=lambda folder: work.fit_plan(study.read_model(loaded), folder),
         solve=lambda given: study.solve(
@@ -521,6 +527,7 @@ def assess(
     study.require_assess(loaded)
     job = Job(
         name=study_name(loaded.name, "assess"),
+        scenario=loaded,
         kind="assess",
         plan=lambda folder: work.assess_plan(loaded, folder),
         solve=lambda given: study.assess(loaded),
@@ -558,6 +565,7 @@ def design(
     certificates = tls_ca_file, tls_cert, tls_key
     job = Job(
         name=study_name(case.scenario.name, "design"),
+        scenario=case.scenario,
         kind="design",
         plan=partial(work.design_plan, case),
         solve=partial(work.solve_design, case),
@@ -617,6 +625,7 @@ def branches(
     case = prepare_branches(load(scenario, options.overrides(changes, over=over)))
     job = Job(
         name=study_name(case.scenario.name, "branches"),
+        scenario=case.scenario,
         kind="branches",
         plan=partial(work.grid_plan, case, [case.scenario.label]),
         solve=lambda given: solve(case),
@@ -649,6 +658,7 @@ def regime_map(
     case = prepare_map(load(scenario, options.overrides(changes, over=over)))
     job = Job(
         name=study_name(case.scenario.name, "map"),
+        scenario=case.scenario,
         kind="map",
         plan=partial(work.map_plan, case),
         solve=lambda given: solve(case, workers=workers, advance=given.advance),

@@ -152,6 +152,8 @@ class Job:
     parts : Parts, optional
     form : str
         Format of the cases of a sweep.
+    scenario : Scenario, optional
+        Names the files that the job reads.
     """
 
     name: str
@@ -166,6 +168,7 @@ class Job:
     executor: Callable[[], AbstractContextManager[Any]] = nullcontext
     parts: Parts | None = None
     form: str = "csv"
+    scenario: Scenario | None = None
 
 
 def carry_out(job: Job, common: Common) -> int:
@@ -191,6 +194,7 @@ def carry_out_each(jobs: Sequence[Job], common: Common) -> int:
     mode, folders = common.mode, output_folders(jobs, common.out)
     for folder in folders:
         output.check_writable(folder)
+    check_inputs(jobs, folders)
     # The folders of several results are in one folder, and so on one disk.
     place = folders[0] if len(folders) == 1 else folders[0].parent
     output.check_disk_space(place, sum(job.volume for job in jobs))
@@ -258,6 +262,22 @@ def write_junit(outcomes: Sequence[JobOutcome], common: Common, code: int) -> No
     except OutputError as fault:
         fault.exit_code = code or EXIT_CHECK_FAILED
         raise
+
+
+def check_inputs(jobs: Sequence[Job], folders: Sequence[Path]) -> None:
+    """Raise OutputError if a job reads a file of a folder that a result would replace."""
+    from drysim.scenario.files import named_files
+
+    places = {folder.resolve(): folder for folder in folders}
+    for job in jobs:
+        for _, path in named_files(job.scenario) if job.scenario is not None else ():
+            for parent in path.resolve().parents:
+                if parent in places:
+                    sentence = (
+                        f"{job.name} reads {path.name} of {places[parent]}, which a result "
+                        "would replace"
+                    )
+                    raise OutputError(sentence, "choose another folder with --out")
 
 
 def output_folders(jobs: Sequence[Job], out: Path | None) -> list[Path]:
