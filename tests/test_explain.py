@@ -131,10 +131,19 @@ def test_blocks_and_kinds_list_their_keys():
         ("2002/44", "2002/44/EC"), ("best", "best"), ("swept", "swept"), ("p95", "quantile"),
         ("t_A", "T_a"), ("Stiffness", "oscillator.stiffness"), ("✓ holds", "holds"),
         ("branch 2", "branch"), ("moving base", "belt"), ("force", "force"),
+        ("excitation.psd", "psd"), ("friction.lugre", "lugre"),
     ],
 )  # fmt: skip
 def test_word_is_explained_however_it_is_written(word, meaning):
     assert meaning in [entry.word for entry in explain(word)]
+
+
+def test_files_of_every_kind_of_result_are_explained():
+    names = {
+        file.name for kind in results.all_kinds() for file in kind.files if "*" not in file.name
+    }
+    assert "draws.csv" in names
+    assert [name for name in sorted(names) if not explain(name)] == []
 
 
 def test_scene_labels_of_summaries_are_explained():

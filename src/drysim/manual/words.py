@@ -74,7 +74,7 @@ CLASS = "seat-test class"
 DESIGN, FIT = "word of a design study", "word of a fit"
 BRANCHES, MAP = "word of branches", "word of a regime map"
 COMMAND, SUMMARY = "command", "label of a summary"
-STANDARD, QUESTION, UNIT = "standard", "question", "unit"
+STANDARD, QUESTION, UNIT, FILE = "standard", "question", "unit", "file of a result"
 
 GROUPS = {
     "scenario keys": (KEY,),
@@ -86,7 +86,7 @@ GROUPS = {
     "metrics": (METRIC,),
     "symbols": (SYMBOL,),
     "summaries": (SUMMARY, DESIGN, FIT, BRANCHES, MAP),
-    "columns and events": (COLUMN, EVENT),
+    "files, columns and events": (FILE, COLUMN, EVENT),
     "commands and options": (COMMAND, OPTION),
     "exit codes": (EXIT,),
     "warnings": (WARNING,),
@@ -190,6 +190,12 @@ TABLES = (
     (MAP, "map", WORD_ROW, "How to read it:", "How far to trust it:"),
 )
 """Kinds of word that are read from tables of the manual: page, rows, text before and after."""
+
+FILES_PAGE, FILE_ROW = "files", re.compile(r"^\| (`[^|]+) \| (.*) \|$", re.M)
+"""Page of the manual with the table of files, and a row of it: names, what is in them."""
+
+LINK = re.compile(r" ?\(\[[^]]*\]\([^)]*\)\)")
+"""A link in brackets."""
 
 SYMBOL_PAGE = "symbols"
 """Page of the manual with the table of symbols."""
@@ -372,6 +378,11 @@ def _entries() -> Iterator[Entry]:
         text = text.partition(begin)[2] if begin else text
         text = text.partition(end)[0] + "\n" if end else text
         yield from _table_entries(kind, row.findall(text))
+    for names, text in FILE_ROW.findall(pages()[FILES_PAGE].text.partition("\n## ")[0]):
+        scope = names.rpartition("`")[2].strip()
+        text = LINK.sub("", f"{scope}: {text}" if scope else text).replace("\\|", "|")
+        for name in names.split("`")[1::2]:
+            yield Entry(name, FILE, text[0].upper() + text[1:] + ".", where="output folder")
     for name, text in LABELS.items():
         yield Entry(name, SUMMARY, text, where="console")
     for name, (text, example) in STANDARDS.items():
@@ -439,7 +450,7 @@ def explain(word: str) -> list[Entry]:
     for label, general in LABELS_OF_CASES:
         word = label.sub(general, word)
     matches = [entry for entry in entries() if entry.word == word]
-    tails = [entry for entry in entries() if entry.word.endswith(f".{word}")]
+    tails = [entry for entry in _dotted_entries() if entry.word.endswith(f".{word}")]
     if word.endswith("_half_width"):
         matches += explain(word.removesuffix("_half_width")) + explain("half_width")
     elif not matches:
@@ -449,12 +460,20 @@ def explain(word: str) -> list[Entry]:
     if not matches and word in TERMS:
         matches = explain(TERMS[word])
     if not matches:
+        block, _, name = word.partition(".")
+        matches = [e for e in entries() if (e.word, e.kind) == (name, KINDS.get(block))]
+    if not matches:
         matches = _units(word)
     if not matches and (spelled := _spellings().get(_bare(word), word)) != word:
         matches = explain(spelled)
     if not matches and not word.startswith("-"):
         matches = explain(f"--{word}")
     return [_with_example(entry) for entry in matches]
+
+
+def _dotted_entries() -> list[Entry]:
+    """Return the entries of which the part behind the last point is a word, too."""
+    return [entry for entry in entries() if entry.kind != FILE]
 
 
 def _units(word: str) -> list[Entry]:
@@ -472,7 +491,7 @@ def _units(word: str) -> list[Entry]:
 def _spellings() -> dict[str, str]:
     """Return every word, and every end of a dotted key, by its bare spelling."""
     entry_words = [entry.word for entry in entries()]
-    tails = [word.rpartition(".")[2] for word in entry_words]
+    tails = [entry.word.rpartition(".")[2] for entry in _dotted_entries()]
     return {_bare(word): word for word in (*tails, *TERMS, *entry_words)}
 
 
@@ -516,7 +535,7 @@ def _mentions(word: str) -> str:
 def closest_word(word: str) -> str | None:
     """Return the known word closest to an unknown one, or None."""
     names = {entry.word for entry in entries()}
-    tails = {name.rpartition(".")[2] for name in names}
+    tails = {entry.word.rpartition(".")[2] for entry in _dotted_entries()}
     return closest_match(word, [*names, *tails, *TERMS])
 
 
