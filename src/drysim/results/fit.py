@@ -224,7 +224,7 @@ def quality_rows(result: FitResult) -> Iterator[Row]:
     if result.is_useless:
         return
     if (noise := result.base_noise) is not None and noise.level > 0.0:
-        source = "stated" if noise.is_stated else "estimated from the residuals"
+        source = "stated" if noise.is_stated else "estimated"
         remark = f"of the base, {source}; the intervals contain it"
         yield Row("noise u_dd", format_number(noise.level, "m/s²", 3), remark)
     agree, total = result.starts

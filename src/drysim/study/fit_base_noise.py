@@ -15,9 +15,9 @@ Method
        mean one of the d_i, both without the part that the fit of the parameters takes away.
        The shares a (of each channel) and b maximise Whittle's likelihood, by Fisher scoring:
        least squares of the periodogram, weighted by the spectrum itself. Stated noise is a
-       share that is given. White noise in the base record is at least seen in its fourth
-       differences: no more than these show is estimated, so that a model that lacks something
-       is not taken for noise.
+       share that is given. Otherwise the noise of the base is that which the fourth
+       differences of its record show, unless the residuals contradict: then the motion itself
+       is rough, and the residuals tell the noise.
     3. The least-squares estimate has the covariance P J' C J P with P = (J'J)^-1 and C the
        covariance of the residuals ("sandwich"; Huber 1967, White 1980).
     4. In a profile the rise of the sum of squares is compared with the quantile of chi-square
@@ -34,21 +34,26 @@ from typing import NamedTuple
 import numpy as np
 
 from drysim.core.model import Floats, Samples
-from drysim.study.fit_least_squares import NOISE_MARGIN, NOISELESS, OUTLIER, Solution, rms
+from drysim.study.fit_least_squares import NOISELESS, OUTLIER, Solution
 from drysim.study.starting_values import noise_level
+from drysim.study.statistics import NORMAL_95
 
 DRAWS, PILOT_DRAWS = 64, 16
 """Number of drawn noises; of those that find the size of the noise. With 64 the standard
 deviation that the noise adds to a parameter is known to 9 %."""
 
-PILOT_SHARE = 0.01
-"""Noise of the pilot draws, relative to the RMS of the base record."""
+CONTRADICTED = 3.0
+"""Standard deviations by which the noise that the residuals show has to be below that of the
+base record."""
 
 SEED = 2011
 """Seed of the draws."""
 
 SCORINGS = 30
 """Number of steps of Fisher scoring."""
+
+LEAST_FREEDOM, MOST_FREEDOM = 5.0, 1e6
+"""Bounds of the degrees of freedom of a variance."""
 
 SMALLEST_SPECTRUM = 1e-9
 """Spectrum of the residuals, relative to its largest value, below which a bin has no more
@@ -91,31 +96,53 @@ def with_base_noise(solution: Solution) -> tuple[Solution, BaseNoise | None]:
         return solution, None
     assert isinstance(motion, Samples), "a record has samples"
     stated = getattr(model.fit.noise, "u_dd", None)
-    u_dd, level, largest = np.asarray(motion.u_dd[:]), stated, np.inf
+    level, given = stated, None if stated is None else 1.0
     if level is None:
-        seen, size = noise_level(u_dd), float(np.abs(u_dd).max())
-        if seen <= NOISELESS * size:  # the curvature of the motion
+        u_dd = np.asarray(motion.u_dd[:])
+        level = noise_level(u_dd)
+        if level <= NOISELESS * float(np.abs(u_dd).max()):  # the curvature of the motion
             return solution, BaseNoise(0.0, False, white_spectra(solution))
-        level, largest = PILOT_SHARE * rms(u_dd), NOISE_MARGIN * seen
-        pilot = changes_under(solution, level, PILOT_DRAWS)
-        level = min(level * float(np.sqrt(noise_shares(solution, pilot.spectra)[-1])), largest)
+        seen = changes_under(solution, level, PILOT_DRAWS)
+        shares, spread = noise_shares(solution, seen.spectra)
+        if shares[-1] + CONTRADICTED * np.sqrt(spread[-1, -1]) > 1.0:
+            given = 1.0
+        else:
+            level *= float(np.sqrt(shares[-1]))
     white = white_spectra(solution)
     if level == 0.0:
         return solution, BaseNoise(0.0, stated is not None, white)
     changes = changes_under(solution, level, DRAWS)
-    is_given = stated is not None or level == largest
-    *channels, base = noise_shares(solution, changes.spectra, 1.0 if is_given else None)
-    base = min(base, (largest / level) ** 2)
-    shares = np.array(channels)
-    rows = np.repeat(np.sqrt(shares), solution.mask.sum())[:, None] * solution.jacobian
-    covariance = solution.covariance @ (rows.T @ rows) @ solution.covariance
-    robust = covariance + base * changes.covariance
+    shares, spread = noise_shares(solution, changes.spectra, given)
+    robust = sandwich(solution, changes, shares, spread)
     noise = BaseNoise(
-        level * float(np.sqrt(base)),
+        level * float(np.sqrt(shares[-1])),
         stated is not None,
-        shares[:, None] * white + base * changes.spectra,
+        shares[:-1, None] * white + shares[-1] * changes.spectra,
     )
     return solution._replace(robust_covariance=robust), noise
+
+
+def sandwich(solution: Solution, changes: Changes, shares: Floats, spread: Floats) -> Floats:
+    """Return the covariance of the parameters for shares of noise with a covariance.
+
+    It is widened as the quantile of Student's t exceeds that of a normal distribution: the
+    variance is itself an estimate, of few degrees of freedom (Satterthwaite 1946, Biometrics
+    Bulletin 2, 110).
+    """
+    from scipy.special import stdtrit
+
+    samples = int(solution.mask.sum())
+    bread = solution.covariance
+    channels = solution.jacobian.reshape(-1, samples, len(bread))
+    parts = np.array([bread @ (rows.T @ rows) @ bread for rows in channels])
+    parts = np.append(parts, changes.covariance[None], axis=0)
+    robust: Floats = np.tensordot(shares, parts, axes=1)
+    diagonals = np.diagonal(parts, axis1=1, axis2=2)
+    variance = np.einsum("ij,ik,kj->j", diagonals, spread, diagonals)
+    variance += 2.0 / DRAWS * (shares[-1] * diagonals[-1]) ** 2
+    freedom = 2.0 * np.diag(robust) ** 2 / np.maximum(variance, 1e-300)
+    wider = stdtrit(np.clip(freedom, LEAST_FREEDOM, MOST_FREEDOM), 0.975) / NORMAL_95
+    return robust * np.outer(wider, wider)
 
 
 def changes_under(solution: Solution, level: float, draws: int) -> Changes:
@@ -174,10 +201,13 @@ def white_spectra(solution: Solution) -> Floats:
     return spectra
 
 
-def noise_shares(solution: Solution, spectra: Floats, base: float | None = None) -> Floats:
+def noise_shares(
+    solution: Solution, spectra: Floats, base: float | None = None
+) -> tuple[Floats, Floats]:
     """Return the share of each channel's noise in its residuals, and that of the base noise.
 
-    A share that is stated is 1, as that of a channel whose noise the file states.
+    A share that is stated is 1, as that of a channel whose noise the file states. The second
+    array is the covariance of the shares, 0 for stated ones.
 
     Parameters
     ----------
@@ -206,4 +236,7 @@ def noise_shares(solution: Solution, spectra: Floats, base: float | None = None)
         expected = np.maximum(expected, SMALLEST_SPECTRUM * expected.max())
         left = wanted - terms[:, fixed] @ shares[fixed]
         shares[~fixed] = nnls(terms[:, ~fixed] / expected[:, None], left / expected)[0]
-    return shares
+    information = terms[:, ~fixed] / expected[:, None]
+    spread = np.zeros((count + 1, count + 1))
+    spread[np.ix_(~fixed, ~fixed)] = np.linalg.pinv(information.T @ information)
+    return shares, spread
