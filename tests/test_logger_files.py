@@ -616,3 +616,20 @@ def test_one_row_of_a_later_time_above_a_record_is_left_out(tmp_path):
     (tmp_path / "r.csv").write_text("t [s],a [m/s2]\n" + "".join(lines))
     (rate,) = [one for one in inspect_record(tmp_path / "r.csv").proposals if one.key == "rate"]
     assert rate.reason.endswith("`rows: {from: 3}` leaves the rows above out")
+
+
+@pytest.mark.parametrize("end", [" Hz;\n\n", " Hz;\n", ";\n\n", ";\n"])
+@pytest.mark.parametrize("delimiter", [";", ": "])
+def test_header_below_a_preamble_is_found(tmp_path, end, delimiter):
+    """The preamble may have the delimiter of the rows, and numbers in its last line."""
+    preamble = f"Model{delimiter}MSR 175;\nSerial{delimiter}4711;\nRate{delimiter}256{end}"
+    rows = "".join(f"14.03.2026 09:26:{k:02d},125;0,{k:03d};21,3\n" for k in range(60))
+    text = f"{preamble}Zeit;Boden Z [g];Temp [K]\n{rows}"
+    (tmp_path / "r.csv").write_text(text)
+    header = text[: text.index("Zeit")].count("\n") + 1
+    inspection = inspect_record(tmp_path / "r.csv")
+    layout = f"3 columns delimited by semicolons, decimal commas, header in row {header}"
+    assert inspection.layout[0] == layout
+    values = {proposal.key: proposal.value for proposal in inspection.proposals}
+    assert (values["skip"], values["column"]) == (header - 1, "Boden Z")
+    assert "rows" not in values

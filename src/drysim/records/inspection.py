@@ -9,7 +9,7 @@ has to decide, and validation of the scenario reports the key until then.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from itertools import islice
@@ -33,6 +33,7 @@ from drysim.records.clean import (
 from drysim.records.clock import is_time_name, is_unit, unit_in_name, unit_of_values
 from drysim.records.columns import (
     ALL_ROWS,
+    Cell,
     Columns,
     Format,
     PrintedTimes,
@@ -213,6 +214,8 @@ def _find_columns(path: Path) -> tuple[Columns, list[Proposal]]:
             except RecordError:
                 continue
             if _has_numbers(columns):
+                if attempt.skip and isinstance(columns, TextTable):  # empty rows, too
+                    attempt = replace(attempt, skip=(columns.header_line or columns.line) - 1)
                 return _select_rows(columns, attempt, member)
     raise fault
 
@@ -296,7 +299,14 @@ def _has_numbers(columns: Columns) -> bool:
         {i for i, cell in enumerate(cells) if is_number(cell) or MISSING.fullmatch(cell.text)}
         for cells in (rows[0], rows[-1])
     )
-    return bool(last) and last <= first
+    return bool(last) and last <= first and not any(_is_of_words(cells, last) for cells in rows)
+
+
+def _is_of_words(cells: Sequence[Cell], columns: Collection[int]) -> bool:
+    """Whether a row has words and no number in these columns, as a header has."""
+    cells = [cells[index] for index in columns]
+    words = [cell for cell in cells if not MISSING.fullmatch(cell.text)]
+    return bool(words) and not any(map(is_number, words))
 
 
 def _first_part(columns: Columns) -> tuple[Columns, bool]:
@@ -312,7 +322,9 @@ def _describe_layout(columns: Columns) -> str:
     """Return how the file is laid out."""
     if not isinstance(columns, TextTable):
         return format_count(columns.width, columns.word)
-    comma = ", decimal commas" if columns.decimal(columns.series()) == "," else ""
+    clocks = _clock_columns(columns)
+    series = [index for index in columns.series() if index not in clocks]
+    comma = ", decimal commas" if columns.decimal(series) == "," else ""
     header = f"header in row {columns.header_line}" if columns.header_line else "no header"
     delimiter = f"delimited by {DELIMITERS[columns.delimiter]}{comma}"
     return f"{format_count(columns.width, 'column')} {delimiter}, {header}"
