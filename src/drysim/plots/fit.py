@@ -482,6 +482,10 @@ HIGHEST_RISE = 8.0
 PROFILE_MARGIN = 0.45
 """Room beyond the interval, relative to its half width."""
 
+FARTHEST_SHIFT = 0.5
+"""Distance of a value from the middle of its interval, over half the width, up to which the
+interval is written with ±."""
+
 NOTE_WIDTH = 54
 """Characters in a line of a note."""
 
@@ -526,10 +530,16 @@ def draw_profiles(result: FitResult, ax: Axes | None = None) -> Figure:
 
 
 def half_width(parameter: Parameter) -> float | None:
-    """Return half the width of the interval by the profile, or None if an end is open."""
+    """Return half the width of the interval by the profile.
+
+    None if an end is open, or the value is far from the middle, as that of a static limit may
+    be: ± would state another interval.
+    """
     if parameter.profile_low is None or parameter.profile_high is None:
         return None
-    return 0.5 * (parameter.profile_high - parameter.profile_low)
+    half = 0.5 * (parameter.profile_high - parameter.profile_low)
+    shift = abs(0.5 * (parameter.profile_low + parameter.profile_high) - parameter.value)
+    return half if shift <= FARTHEST_SHIFT * half else None
 
 
 def draw_note(axes: Axes, note: str) -> None:
