@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import re
 import shutil
 from dataclasses import replace
 from hashlib import sha256
@@ -38,17 +39,22 @@ def friction(words: str) -> str:
     return f"friction: {{law: coulomb, {words}}}\n"
 
 
-@pytest.fixture(scope="module")
-def linear(tmp_path_factory) -> LawFit:
-    """Return the fit of spring and damper without friction, to a noisy stroke."""
-    folder = tmp_path_factory.mktemp("linear")
-    write_twin(folder, SEAT, noise={"x_r": 3e-4}, seconds=3.0)
-    (folder / "twin.yaml").write_text(fit_text(MASS, keys(*SPRING), "x_r: x_r"))
+def law_fit_of(folder: Path, known: str, free: str, measured: str) -> LawFit:
+    """Return the least-squares solution of a twin."""
+    (folder / "twin.yaml").write_text(fit_text(known, free, measured))
     scenario = drysim.load(folder / "twin.yaml")
     model = build_model(scenario)
     end = fitted_end(scenario, model.measurement)
     with WorkerPool(1) as pool:
         return fit_law(model, end, Steps(pool), ignore_progress)
+
+
+@pytest.fixture(scope="module")
+def linear(tmp_path_factory) -> LawFit:
+    """Return the fit of spring and damper without friction, to a noisy stroke."""
+    folder = tmp_path_factory.mktemp("linear")
+    write_twin(folder, SEAT, noise={"x_r": 3e-4}, seconds=3.0)
+    return law_fit_of(folder, MASS, keys(*SPRING), "x_r: x_r")
 
 
 def drawn(law_fit: LawFit) -> Draws:
@@ -218,6 +224,29 @@ def test_sample_takes_the_draws_of_a_fit_jointly(fitted):
     assert [row.F_fk for row in table.rows] == [
         point["friction.kinetic"] for point in result.draws.points
     ]
+
+
+def test_sweep_of_draws_alone_shows_what_they_leave_open(fitted, capsys):
+    _, folder = fitted
+    block = "stroke: {limit: 1 m}\nsweep: {sample: {from_fit: out/fit, count: %d}}"
+    table = drysim.sweep(loaded(folder, block % 40), workers=1)
+    assert table.best is None
+    T_a = table.values_of("T_a")
+    ends = np.quantile(T_a, (0.025, 0.975), method="hazen")
+    show(table)
+    shown = capsys.readouterr().out
+    median, low, high = map(
+        float, re.search(r"T_a +(\S+) +95 %: (\S+) to (\S+)\n", shown).groups()
+    )
+    assert (median, low, high) == pytest.approx((np.median(T_a), *ends), rel=1e-3)
+    assert "at most" in shown.partition("peak |x_r|")[2]
+    low, high = table.plot("transmissibility").axes[1].get_xlim()
+    assert low < T_a.min() < T_a.max() < high < 1.2 * T_a.max() - 0.2 * T_a.min()
+    (stroke,) = table.plot("stroke").axes
+    assert stroke.get_ylim() == (0.0, 100.0)
+    few = drysim.sweep(loaded(folder, block % 3), workers=1)
+    show(few)
+    assert "all 3 draws: " in capsys.readouterr().out
 
 
 def test_draws_go_with_other_keys_and_leave_swept_ones_alone(fitted):

@@ -55,6 +55,11 @@ def format_number(
     return with_unit(text, unit)
 
 
+def interval_digits(width: float, largest: float, more: int = 0) -> int:
+    """Return the digits in which the ends of an interval differ, at least 4."""
+    return min(max(4, 2 + more + len(f"{largest / width:.0f}")), 12) if width > 0.0 else 4
+
+
 def format_range(
     low: float | str | None,
     high: float | str | None,

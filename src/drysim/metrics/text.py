@@ -13,6 +13,7 @@ from drysim.wording import (
     format_number,
     format_percent,
     format_range,
+    interval_digits,
 )
 
 KEY_RATIOS = ("T_a", "SEAT", "T_x")
@@ -48,6 +49,16 @@ def format_metric(
     factor, unit = display_unit(METRICS_BY_NAME[name].shown, greatest or value)
     width = None if half_width is None else factor * half_width
     return format_interval(factor * value, width, unit)
+
+
+def format_with_interval(name: str, value: float, low: float, high: float) -> tuple[str, str]:
+    """Return a metric and an interval of it, to the digits in which its ends differ."""
+    factor, unit = display_unit(METRICS_BY_NAME[name].shown, value)
+    digits = interval_digits(high - low, max(abs(low), abs(high)))
+    return (
+        format_number(factor * value, unit, digits),
+        format_range(factor * low, factor * high, unit, digits),
+    )
 
 
 def format_value(name: str, value: float | None, digits: int = SIGNIFICANT_DIGITS) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -79,8 +79,6 @@ def _draw_distribution(
 ) -> None:
     """Draw the empirical distribution function over the seeds."""
     style.set_title(axes, f"{metric.symbol}: cumulative distribution [%]")
-    ordered, n = np.sort(values), len(values)
-    marker_style: Style = {"marker": "o", "markersize": 3} if n <= MAX_MARKED_SEEDS else {}
     mean, half_width = (
         statistic.mean * metric.scale,
         (statistic.half_width or 0.0) * metric.scale,
@@ -96,12 +94,20 @@ def _draw_distribution(
     for _, value in quantiles:
         axes.axvline(value * metric.scale, **QUANTILE_STYLE, label=label)
     axes.axvline(mean, **MEAN_STYLE)
-    shares = 100.0 * (np.arange(n) + 0.5) / n
-    axes.plot(ordered, shares, **SEEDS_STYLE, **marker_style, label="empirical distribution")
-    axes.set_yticks([100 * share for share in QUANTILES])
-    axes.set_ylim(0.0, 100.0)
+    draw_cumulative(axes, values, QUANTILES)
     if last:
         axes.set_xlabel("value")
+
+
+def draw_cumulative(axes: Axes, values: Floats, levels: Sequence[float]) -> None:
+    """Draw the empirical distribution function of values, with ticks at levels."""
+    n = len(values)
+    marker_style: Style = {"marker": "o", "markersize": 3} if n <= MAX_MARKED_SEEDS else {}
+    shares = 100.0 * (np.arange(n) + 0.5) / n
+    label = "empirical distribution"
+    axes.plot(np.sort(values), shares, **SEEDS_STYLE, **marker_style, label=label)
+    axes.set_yticks([100 * level for level in levels], [f"{100 * level:g}" for level in levels])
+    axes.set_ylim(0.0, 100.0)
 
 
 def _draw_running_mean(axes: Axes, values: Floats, metric: PlottedMetric, last: bool) -> None:

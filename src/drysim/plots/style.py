@@ -35,6 +35,7 @@ from drysim.scenario.text import (
     describe_clean_up,
     describe_limits,
     describe_scene,
+    short_key,
 )
 from drysim.study.compare import Comparison, describe_coinciding
 from drysim.study.outcome import Outcome
@@ -578,12 +579,22 @@ def table_heading(
     shared = tally.shared if tally else ALL_SHARED
     plant, law = scenario.oscillator.plant(), scenario.law()
     scene = describe_scene(scenario, plant, law, varied, shared, peak, False)
-    groups = (" with ".join(map(describe_axis, group)) for group in axis_groups(table.axes))
+    groups = map(_describe_group, axis_groups(table.axes))
     swept = f"; swept: {'; '.join(groups)}" if table.axes else ""
     base = scenario.excitation.describe_cases(None, varied)
     is_shared = not any(key.startswith("excitation.") for key in varied)
     base = CLEANED * bool(is_shared and describe_clean_up(table.motion)) + base
     return make_heading(scenario, "; ".join([*notes, ranges]), join_scene(scene), base + swept)
+
+
+def _describe_group(axes: Sequence[Axis]) -> str:
+    """Describe keys that vary together; of the draws of a fit their names."""
+    (*_, last) = axes
+    if last.source is None:
+        return " with ".join(map(describe_axis, axes))
+    keys = [axis.key for axis in axes]
+    names = ", ".join(short_key(key, keys) for key in keys)
+    return f"{len(last.values)} draws of {names} by a fit"
 
 
 def comparison_heading(comparison: Comparison, left_out: int = 0) -> Heading:

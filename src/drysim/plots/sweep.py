@@ -34,8 +34,9 @@ from numpy.typing import NDArray
 from drysim import wording
 from drysim.core.model import Floats
 from drysim.metrics.table import PEAK_STROKE
-from drysim.metrics.text import format_metric_ranges
+from drysim.metrics.text import format_metric_ranges, format_with_interval, label_of
 from drysim.plots import metric_map, response, style
+from drysim.plots.ensemble import draw_cumulative
 from drysim.plots.style import (
     A_W,
     FORCE_LABEL,
@@ -87,6 +88,8 @@ from drysim.study.statistics import (
     Batch,
     Row,
     as_batches,
+    median_and_ends,
+    share_of_draws,
 )
 from drysim.study.table import (
     RATIO_KEY,
@@ -925,14 +928,19 @@ def draw_quantiles(
 ) -> Figure:
     """Return the figure of metrics as quantile bands, a column each.
 
-    Below each is a map if several keys are swept.
+    Below each is a map if several keys are swept. Draws of a fit alone are a distribution.
     """
+    if table.is_of_draws:
+        return draw_distributions(table, metrics, ax)
     x_axis = abscissa(table.axes)
     assert x_axis is not None, "a sweep has a key"
     others = [
         axis
         for axis in table.axes
-        if axis is not x_axis and axis.key not in TEXT_KEYS and len(axis.values) > 1
+        if axis is not x_axis
+        and axis.key not in TEXT_KEYS
+        and axis.source is None
+        and len(axis.values) > 1
     ]
     y_axis = max(others, key=lambda axis: len(axis.values), default=None)
     bins, across = Bins.of(x_axis), None if y_axis is None else Bins.of(y_axis)
@@ -967,6 +975,52 @@ def draw_quantiles(
     heading = style.table_heading(table, of_stroke=_shows_stroke(metrics))
     style.finish_figure(figure, heading, ax=ax)
     return figure
+
+
+DRAWS_STYLE: Style = {"facecolor": "#c9d8e8", "edgecolor": "none", "zorder": 1}
+DRAWS_LEVELS = (0.025, 0.25, 0.5, 0.75, 0.975)
+"""Levels at which the distribution over the draws of a fit has ticks [-]."""
+
+
+def draw_distributions(
+    table: Table, metrics: Sequence[PlottedMetric], ax: Axes | None = None
+) -> Figure:
+    """Return the figure of the distributions of metrics over the draws of a fit."""
+    values = {metric: table.values_of(metric.name) for metric in metrics}
+    shown = [metric for metric in metrics if len(values[metric])] or [*metrics[-1:]]
+    figure, grid = style.panel_grid(1, len(shown), ax=ax)
+    results = []
+    for place, metric in enumerate(shown):
+        axes = ax or figure.add_subplot(grid[0, place])
+        set_title(axes, metric.full_title if len(shown) <= MAX_NAMED_METRICS else metric.symbol)
+        if not len(drawn := values[metric]):
+            continue
+        median, low, high = median_and_ends(drawn)
+        value, interval = format_with_interval(metric.name, median, low, high)
+        share = share_of_draws(len(drawn))
+        results.append(f"{label_of(metric.name)} {value} ({share}: {interval})")
+        label = share if share.startswith("all") else f"{share} of the draws"
+        axes.axvspan(metric.scale * low, metric.scale * high, **DRAWS_STYLE, label=label)
+        axes.axvline(metric.scale * median, **MEDIAN_STYLE)
+        draw_cumulative(axes, metric.scale * drawn, DRAWS_LEVELS)
+        axes.set_ylabel("share of the draws [%]" if place == 0 else "")
+        draw_near_limit(axes, table, metric)
+        set_ticks(axes.xaxis)
+    of_stroke = _shows_stroke(metrics)
+    heading = style.table_heading(table, of_stroke=of_stroke, results=", ".join(results))
+    style.finish_figure(figure, heading, ax=ax)
+    return figure
+
+
+def draw_near_limit(axes: Axes, table: Table, metric: PlottedMetric) -> None:
+    """Draw the stroke limit across a distribution that reaches it."""
+    stroke, (low, high) = table.scenario.stroke, axes.get_xlim()
+    if metric.name != PEAK_STROKE or not stroke:
+        return
+    limit = min(stroke.limits) * metric.scale
+    if low <= limit <= high:
+        label = f"{limit_name(table.scenario)} {wording.format_number(limit, metric.unit)}"
+        axes.axvline(limit, **response.LIMIT_STYLE, label=label)
 
 
 def draw_quantile_bands(

@@ -11,7 +11,12 @@ import numpy as np
 from drysim import wording
 from drysim.manual.words import FIT as FIT_WORD
 from drysim.metrics.table import METRICS_BY_NAME
-from drysim.metrics.text import describe_main_numbers, label_of
+from drysim.metrics.text import (
+    describe_main_numbers,
+    format_value,
+    format_with_interval,
+    label_of,
+)
 from drysim.results.fields import stored_fields
 from drysim.results.kind import File, Kind, Picture, judgements, write_scenario
 from drysim.results.tables import (
@@ -28,12 +33,11 @@ from drysim.results.tables import (
 from drysim.scenario.draws import DRAWS_FILE
 from drysim.scenario.fit import CHANNEL_UNITS, Curve
 from drysim.scenario.text import describe_scene, short_key
-from drysim.study.fit import FitResult, MetricInterval, format_profile_interval, interval_digits
+from drysim.study.fit import FitResult, MetricInterval, format_profile_interval
 from drysim.study.fit_curves import format_level
 from drysim.study.fit_law import EXACT, ChannelFit, Parameter
 from drysim.study.summary import BAD, Note, Row, Summary
 from drysim.wording import (
-    display_unit,
     format_count,
     format_number,
     format_percent,
@@ -163,18 +167,16 @@ def metric_rows(result: FitResult) -> Iterator[Row]:
     """
     unknown = f"95 %: not known: {result.draws.reason}" if result.draws.reason else ""
     for name, value, low, high in result.motion_intervals:
-        factor, unit = display_unit(METRICS_BY_NAME[name].shown, value)
         if low is None or high is None:
-            yield Row(label_of(name), format_number(factor * value, unit), unknown)
+            yield Row(label_of(name), format_value(name, value), unknown)
             unknown = ""
             continue
-        digits = interval_digits(high - low, max(abs(low), abs(high)))
-        interval = format_range(factor * low, factor * high, unit, digits)
+        shown, interval = format_with_interval(name, value, low, high)
         share = max(value - low, high - value) / (abs(value) or 1.0)
         accuracy = f" (±{format_number(100.0 * share, '%', 2)})" if EXACT < share < 1.0 else ""
         yield Row(
             label_of(name),
-            format_number(factor * value, unit, digits),
+            shown,
             "to rounding" if share < EXACT else f"95 %: {interval}{accuracy}",
         )
 

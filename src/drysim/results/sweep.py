@@ -22,6 +22,7 @@ from drysim.metrics.text import (
     format_metric_range,
     format_metric_ranges,
     format_value,
+    format_with_interval,
     label_of,
 )
 from drysim.results.ensemble import END_STOP_METRICS
@@ -63,12 +64,16 @@ from drysim.study.statistics import (
     OK,
     as_batches,
     averages_seeds,
+    median_and_ends,
+    quantiles_of_draws,
+    share_of_draws,
     stopping_rule,
 )
 from drysim.study.summary import BAD, GOOD, Note, Row, Summary
 from drysim.study.table import (
     JUMP_METRICS,
     MAX_ISOLATION_CASES,
+    QUANTILE_LEVELS,
     RATIO_KEY,
     Tally,
     largest_excess,
@@ -177,11 +182,7 @@ def table_rows(table: Table) -> Iterator[Row]:
     yield from _jump_rows(table)
     yield from _best_rows(table)
     if ends := tally.extremes.get("stuck_share"):
-        remark = f"maximum {describe_place(table, ends[1])}" if ends[1].value else ""
-        if remark and is_constant(tally, "stuck_share"):
-            remark = describe_extent(table, tally, "stuck_share")
-        span = format_percent_range(*(end.value for end in ends))
-        yield Row(label_of("stuck_share"), span, remark)
+        yield _stuck_row(table, tally, ends)
     if ends := tally.extremes.get("energy_residual"):
         residual = format_number(ends[1].value, digits=2)
         yield Row("energy", f"residual at most {residual}")
@@ -190,11 +191,32 @@ def table_rows(table: Table) -> Iterator[Row]:
 
 def _range_row(table: Table, tally: Tally, metric: str) -> Row:
     """Return the range of a metric over the cases, and where its ends are."""
+    if table.is_of_draws:
+        return _draws_row(table, metric, MEANINGS.get(metric, ""))
     return Row(
         label_of(metric),
         format_metric_range(metric, tally.ends[metric]),
         "; ".join(filter(None, (MEANINGS.get(metric), describe_extent(table, tally, metric)))),
     )
+
+
+def _stuck_row(table: Table, tally: Tally, ends: tuple[Extreme, Extreme]) -> Row:
+    """Return the share of the time that the mass is stuck."""
+    if table.is_of_draws and ends[1].value:
+        return _draws_row(table, "stuck_share")
+    remark = f"maximum {describe_place(table, ends[1])}" if ends[1].value else ""
+    if remark and is_constant(tally, "stuck_share"):
+        remark = describe_extent(table, tally, "stuck_share")
+    span = format_percent_range(*(end.value for end in ends))
+    return Row(label_of("stuck_share"), span, remark)
+
+
+def _draws_row(table: Table, metric: str, remark: str = "") -> Row:
+    """Return the median of a metric over the draws of a fit, and the ends of 95 % of them."""
+    values = table.values_of(metric)
+    median, interval = format_with_interval(metric, *median_and_ends(values))
+    parts = f"{share_of_draws(len(values))}: {interval}", remark
+    return Row(label_of(metric), median, "; ".join(filter(None, parts)))
 
 
 def widest_interval_row(
@@ -344,10 +366,32 @@ def conclusions(table: Table) -> Iterator[Note]:
 
 def stroke_rows(table: Table, tally: Tally) -> Iterator[Row]:
     """Yield the greatest stroke and by how much the limit is exceeded."""
-    ends, used = tally.extremes.get(PEAK_STROKE), tally.extremes.get("stroke_used")
-    if ends is None:
+    if PEAK_STROKE not in tally.extremes:
         return
-    peak, share = ends[1], format_percent(ends[1].row.metrics.get("stroke_used"))
+    if not table.is_of_draws:
+        yield from _peak_rows(table, tally)
+    elif used := tally.extremes.get("stroke_used"):
+        share = format_percent(used[1].value)
+        yield _draws_row(table, PEAK_STROKE, f"at most {share} of the stroke limit")
+    else:
+        yield _draws_row(table, PEAK_STROKE)
+    if tally.beyond:
+        cases, remark = format_count(tally.beyond, "case"), f"of {tally.cases}, "
+        if table.scenario.stops and (speed := tally.extremes.get("impact_speed")):
+            name, value = "stops hit", cases
+            verb = END_STOP_METRICS["impact_speed"]
+            fastest = format_value("impact_speed", speed[1].value)
+            remark += f"{verb} {fastest}, {describe_place(table, speed[1])}"
+        else:
+            name, value = "limit", f"exceeded in {cases}"
+            remark += _describe_violation(table, tally)
+        yield Row(name, value, remark, BAD)
+
+
+def _peak_rows(table: Table, tally: Tally) -> Iterator[Row]:
+    """Yield the greatest stroke over the cases, and the largest share of the limit."""
+    (_, peak), used = tally.extremes[PEAK_STROKE], tally.extremes.get("stroke_used")
+    share = format_percent(peak.row.metrics.get("stroke_used"))
     remark = f"{share} of the stroke limit, " if used else ""
     reached = peak.row.metrics.get("stroke_suffices") or 0.0
     if used and reached > peak.value:
@@ -366,17 +410,6 @@ def stroke_rows(table: Table, tally: Tally) -> Iterator[Row]:
         yield Row(
             "", most, f"largest share of the stroke limit, {describe_place(table, used[1])}"
         )
-    if tally.beyond:
-        cases, remark = format_count(tally.beyond, "case"), f"of {tally.cases}, "
-        if table.scenario.stops and (speed := tally.extremes.get("impact_speed")):
-            name, value = "stops hit", cases
-            verb = END_STOP_METRICS["impact_speed"]
-            fastest = format_value("impact_speed", speed[1].value)
-            remark += f"{verb} {fastest}, {describe_place(table, speed[1])}"
-        else:
-            name, value = "limit", f"exceeded in {cases}"
-            remark += _describe_violation(table, tally)
-        yield Row(name, value, remark, BAD)
 
 
 def _describe_violation(table: Table, tally: Tally) -> str:
@@ -529,6 +562,13 @@ def table_fields(table: Table, provenance: Provenance) -> Fields:
         **numerics_fields(table, tally),
     }
     metrics = metric_fields(tally)
+    if table.is_of_draws:
+        levels = (0.025, *QUANTILE_LEVELS, 0.975)
+        for name in metrics:
+            quantiles = quantiles_of_draws(table.values_of(name), levels)
+            metrics[name]["quantiles"] = {
+                f"{level:g}": value for level, value in zip(levels, quantiles, strict=True)
+            }
     further: Fields = {"best": _best_fields(table.best)} if table.best else {}
     if table.hysteresis is not None:
         further["hysteresis"] = [

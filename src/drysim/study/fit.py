@@ -105,7 +105,13 @@ from drysim.study.run import measure_case
 from drysim.study.starting_values import noise_level
 from drysim.study.statistics import NORMAL_95
 from drysim.study.store import Store
-from drysim.wording import format_number, format_quantity, format_range, join_words
+from drysim.wording import (
+    format_number,
+    format_quantity,
+    format_range,
+    interval_digits,
+    join_words,
+)
 
 HIGH_CORRELATION = 0.9
 """Correlation from which two parameters are named."""
@@ -270,11 +276,6 @@ def format_profile_interval(parameter: Parameter, more: int = 0, unit: str = "")
         width = parameter.profile_high - parameter.profile_low
     largest = max((abs(end) for end in ends if end is not None), default=0.0)
     return format_range(*ends, unit, interval_digits(width, largest, more))
-
-
-def interval_digits(width: float, largest: float, more: int = 0) -> int:
-    """Return the digits in which the ends of an interval differ, at least 4."""
-    return min(max(4, 2 + more + len(f"{largest / width:.0f}")), 12) if width > 0.0 else 4
 
 
 def fit(

@@ -44,7 +44,7 @@ from drysim.study.fit_least_squares import Solution, covariance_of
 from drysim.study.fit_model import is_valid_scene
 from drysim.study.fit_profiles import ParameterProfile
 from drysim.study.run import try_measure
-from drysim.study.statistics import NORMAL_95
+from drysim.study.statistics import NORMAL_95, median_and_ends
 from drysim.wording import join_words
 
 DRAWS = 256
@@ -101,7 +101,7 @@ class Draws(NamedTuple):
         values = self.metrics.get(name, np.empty(0))
         if not len(values) or np.isnan(values).any():
             return None
-        low, high = np.quantile(values, (0.025, 0.975), method="hazen").tolist()
+        _, low, high = median_and_ends(values)
         return low, high
 
 

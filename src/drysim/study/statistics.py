@@ -376,6 +376,23 @@ QUANTILES = (0.05, 0.50, 0.95)
 """Levels of the quantiles over seeds [-]."""
 
 
+def quantiles_of_draws(values: NDArray[np.float64], levels: Sequence[float]) -> list[float]:
+    """Return quantiles of the draws of a fit."""
+    quantiles: list[float] = np.quantile(values, levels, method="hazen").tolist()
+    return quantiles
+
+
+def median_and_ends(values: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Return the median of draws, and the ends of the interval that holds 95 % of them."""
+    low, median, high = quantiles_of_draws(values, (0.025, 0.5, 0.975))
+    return median, low, high
+
+
+def share_of_draws(count: int) -> str:
+    """Return how many draws the interval of `median_and_ends` holds."""
+    return "95 %" if 0.025 * count > 0.5 else f"all {count} draws"
+
+
 class Statistic(NamedTuple):
     """Statistics of a metric over the seeds for which it is known, in its unit."""
 

@@ -158,9 +158,9 @@ class Table(Result):
 
         None unless the cases are designs to choose from: under the same base motion or the same
         records, and limited by a stroke limit or by checks. A static ratio known within bounds
-        only is no choice.
+        only is no choice, nor are the draws of a fit.
         """
-        if self.jumps is not None:
+        if self.jumps is not None or any(axis.source is not None for axis in self.axes):
             return None
         tally, limits = self._judged_tally, self.scenario.checks or self.scenario.stroke
         designs = [axis for axis in self.axes if axis.key != FILE_KEY]
@@ -177,6 +177,19 @@ class Table(Result):
         closest = None if extreme else self._closest(tally, 1, 1)
         row = extreme and extreme.row
         return BestCase(objective, row, tally.admissible, tally.cases, closest, over_records)
+
+    @property
+    def is_of_draws(self) -> bool:
+        """Whether the cases are the draws of a fit, and differ in nothing else."""
+        return bool(self.axes) and all(axis.source is not None for axis in self.axes)
+
+    def values_of(self, metric: str) -> NDArray[np.float64]:
+        """Return the values of a metric in the own cases that have one."""
+        tally = self.own_tally
+        if tally is None:
+            return np.empty(0)
+        values = self._column(tally, lambda batch: batch.metrics[metric])
+        return values[np.isfinite(values)]
 
     @cached_property
     def hysteresis(self) -> tuple[Hysteresis, ...] | None:
