@@ -24,7 +24,7 @@ from drysim.study.cluster import Payload, open_plan
 from drysim.study.fit_draws import Draws, draw, draws_warnings
 from drysim.study.fit_law import LawFit, Steps, fit_law, ignore_progress, profiles_of
 from drysim.study.fit_model import build_model, fitted_end
-from drysim.study.fit_profiles import ParameterProfile
+from drysim.study.fit_profiles import ParameterProfile, ProfilePoint
 
 MASS = "oscillator: {mass: 75}\n"
 SEAT = "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
@@ -190,6 +190,23 @@ def test_draws_reach_a_likelihood_that_the_covariance_misses(linear, profiled):
     wanted = linear.first.scale * np.sqrt(np.diag(linear.solution.covariance))
     assert draws.effective > fit_draws.DRAWS
     assert draws.values.std(axis=0) == pytest.approx(wanted, rel=0.2)
+
+
+@pytest.mark.parametrize("rise", [1e3, 1e9])
+def test_static_limit_has_half_its_draws_from_all_samples(fitted, rise):
+    law_fit = law_fit_of(fitted[1], MASS + COULOMB, keys(*FOUR), "x_dd: x_dd")
+    j, solution = 3, law_fit.solution
+    x = float(solution.x[j])
+    best = 1.09 * x
+    rises = (0.9 * x, rise), (1.08 * x, rise), (best, 0.0), (1.1 * x, rise)
+    points = [ProfilePoint(value, each, solution.x) for value, each in rises]
+    profile = ParameterProfile(0.9 * x, 1.1 * x, points)
+    shares = (np.arange(200) + 0.5) / 200
+    values = fit_draws.draw_static(law_fit, profile, j, shares)
+    near = abs(values - best) < 0.001 * x
+    assert 0.5 <= near.mean() < 0.55
+    others = (values[~near] - x) / (0.1 * x / 1.96)
+    assert np.quantile(others, (0.025, 0.5, 0.975)) == pytest.approx([-2.0, 0.0, 2.0], abs=0.2)
 
 
 # Draws as cases of a sweep and conditions of a design

@@ -2,7 +2,8 @@
 
 Problem
     The intervals of the values say nothing of their correlation, nor what they leave open of
-    the motion. Draws from the likelihood do: each is a scene that explains the record.
+    the motion. Draws from the likelihood do: each is a scene that explains the record, a draw
+    of a static limit at least between events.
 
 Method
     1. Points of a multivariate t distribution about the solution, with its covariance, are
@@ -11,8 +12,9 @@ Method
        have the weight 0. Where too few points bear the weight, a further round draws from the
        mean and covariance of those weighted so far; the points of all rounds count together.
     2. Systematic resampling gives draws without weights.
-    3. A static limit decides at the events, next to which no sample is selected. It is drawn
-       from its profile over all samples; the other values follow it by their covariance.
+    3. A static limit decides at the events, next to which no sample is selected. Half of its
+       draws are from its profile over all samples, half from that of the selected ones; the
+       other values follow it by their covariance.
     4. Noise of the base makes the likelihood too narrow. The draws are scaled about the
        solution so that they have the robust covariance (horizontal adjustment).
     5. A value that the record does not determine is uniform over what is left open, if it has
@@ -242,9 +244,10 @@ def open_reason(law_fit: LawFit, profiles: Mapping[int, ParameterProfile]) -> st
 def draw_static(law_fit: LawFit, profile: ParameterProfile, j: int, shares: Floats) -> Floats:
     """Return quantiles of a static limit, whose density follows from its profile.
 
-    It is that of all samples, or that of the selected ones if this is larger: rather too wide
-    than too narrow, as is the interval. The latter falls like a normal one towards the ends of
-    the interval, and does not fall where there is none.
+    Half of the draws have the likelihood of all samples. Alone it would be too narrow: it is
+    rough, and the noise of the base and the other parameters, which are as fitted, weigh most
+    at the events. The other half have that of the selected samples. It falls like a normal one
+    towards the ends of the interval, and does not fall where there is none.
     """
     solution, ends = law_fit.solution, range_of(law_fit, profile, j)
     least, most = (float(bounds[j]) for bounds in solution.squares.bounds)
@@ -254,13 +257,15 @@ def draw_static(law_fit: LawFit, profile: ParameterProfile, j: int, shares: Floa
         max(ends.low - width, least), max(min(ends.high + width, most), least), GRID
     )
     places, rises = np.array(sorted((point.value, point.rise) for point in profile.points)).T
-    density = np.exp(-0.5 * np.interp(grid, places, rises - rises.min()))
+    rise = np.interp(grid, places, rises)
+    density = np.exp(-0.5 * (rise - rise.min()))
     distance = np.zeros(GRID)
     for sign, end in ((-1.0, profile.low), (1.0, profile.high)):
         beyond = np.maximum(sign * (grid - solution.x[j]), 0.0)
         if end is not None:
             distance += NORMAL_95 * beyond / max(sign * (end - solution.x[j]), width / GRID)
-    total = np.cumsum(np.maximum(density, np.exp(-0.5 * distance**2)))
+    selected = np.exp(-0.5 * distance**2)
+    total = np.cumsum(density / density.sum() + selected / selected.sum())
     return np.interp(shares, total / total[-1], grid)
 
 
