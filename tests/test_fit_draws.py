@@ -390,6 +390,15 @@ def test_design_is_judged_under_the_draws_of_a_fit(fitted):
     assert "oscillator.damping" not in {axis.key for axis in few.axes}
 
 
+def test_design_over_draws_proposes_no_grid_of_their_values(fitted, drysim, tmp_path):
+    shutil.copytree(fitted[1] / "out", tmp_path / "out")
+    vary = "vary: {oscillator.damping: {from: 300, to: 900}}, minimise: T_a, evaluations: 4"
+    text = f"{SCENE}design: {{{vary}, over: {{from_fit: out/fit, count: 3}}}}"
+    (tmp_path / "scene.yaml").write_text(text)
+    done = drysim("design", "scene.yaml", "--no-plots", "--out", "best")
+    assert done.err.endswith("next: drysim run best/best.yaml\n")
+
+
 # Coverage
 
 

@@ -581,13 +581,16 @@ def design(
 def show_command_after_design(
     conditions: Sequence[Axis], result: DesignResult, folder: Path
 ) -> None:
-    """Print how to continue with the best design, if there is one: under its conditions."""
+    """Print how to continue with the best design, if there is one: under its conditions.
+
+    Conditions that vary together, such as draws of a fit, are no grid: the design runs alone.
+    """
     from drysim.console import terminal
     from drysim.results.design import BEST_FILE
 
     if result.complete and result.best is not None:
         command, words = "run", [str(folder / BEST_FILE)]
-        if conditions and all(is_numeric(axis.values) for axis in conditions):
+        if conditions and all(is_numeric(a.values) and not a.group for a in conditions):
             command = "sweep"
             for axis in conditions:
                 values = ",".join(f"{value:.12g}" for value in axis.values)
