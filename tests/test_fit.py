@@ -19,7 +19,7 @@ from twin import RECORDED, fit_text, fit_twin, keys, values_of, write_columns, w
 
 import drysim
 from drysim.parallel import WorkerPool
-from drysim.results.fit import describe_interval
+from drysim.results.fit import describe_interval, summarise
 from drysim.scenario.load import load
 from drysim.study.fit_law import LawFit, Parameter, Steps, profiles_of, refit_from_profiles
 from drysim.study.fit_least_squares import Differentiable, LeastSquares, final_fit, sizes
@@ -1167,6 +1167,7 @@ def test_unit_that_is_wrong_by_the_acceleration_of_gravity_is_named(tmp_path, ca
     assert "x_dd seem to be 9.81 times too large: their unit is not the one stated" in said
     assert result.is_useless
     assert result.exit_code() == 1
+    assert "its mount" not in " ".join(summarise(result).answer)
     show(result)
     shown = capsys.readouterr().out
     assert "its values mean nothing" in shown

@@ -94,6 +94,8 @@ def test_files_of_a_fit_to_curves_and_its_scenario_that_runs(drysim, tmp_path):
     said = drysim("fit", "twin.yaml", "--out", "out")
     assert said.code == 0
     assert "T_a and T_x of lab.csv, 150 values" in said.out
+    sine = next(line.split(maxsplit=3) for line in said.out.splitlines() if "  at " in line)
+    assert sine == ["at", "2", "Hz", "0.5 m/s² RMS, the sine of `excitation`"]
     names = {file.name for file in (tmp_path / "out").iterdir()}
     assert {"curves.csv", "fit.csv", "fit.png", "profiles.png", "fitted.yaml"} <= names
     assert "residuals.csv" not in names

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from drysim import wording
+from drysim.core.model import Sines
 from drysim.manual.words import FIT as FIT_WORD
 from drysim.metrics.table import METRICS_BY_NAME
 from drysim.metrics.text import (
@@ -79,7 +81,16 @@ def answers(result: FitResult) -> Iterator[str]:
     for name in ("fit_error", "fit_error_held_out"):
         if (error := result.metrics.get(name)) is not None:
             yield f"{name} {format_percent(error)}: {METRICS_BY_NAME[name].about}."
-    yield describe_main_numbers(result.metrics)
+    if not result.is_useless:
+        sine = f"At {', '.join(sine_of(result))}: " if result.curves else ""
+        yield sine + describe_main_numbers(result.metrics)
+
+
+def sine_of(result: FitResult) -> tuple[str, str]:
+    """Return frequency and level of the sine under which a fit to curves has its metrics."""
+    sine = result.source.excitation.motion()
+    assert isinstance(sine, Sines), "see `check_steady`"
+    return format_number(sine.f[0], "Hz"), format_number(sine.A[0] / sqrt(2.0), "m/s² RMS")
 
 
 def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:
@@ -165,6 +176,9 @@ def metric_rows(result: FitResult) -> Iterator[Row]:
 
     The digits are those in which the ends of the interval differ.
     """
+    if result.curves:
+        frequency, level = sine_of(result)
+        yield Row("at", frequency, f"{level}, the sine of `excitation`")
     unknown = f"95 %: not known: {result.draws.reason}" if result.draws.reason else ""
     for name, value, low, high in result.motion_intervals:
         if low is None or high is None:
