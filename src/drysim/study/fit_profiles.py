@@ -85,14 +85,15 @@ def profile_of(solution: Solution, determined: Sequence[int], j: int) -> Paramet
     step = 0.1 * size
     if deviation > 0.0:
         step = float(np.clip(NORMAL_95 * deviation, ROUNDING * size, size))
+    is_static = solution.squares.model.parameters[j].key.startswith(STATIC_PATHS)
+    least = 0.0 if is_static else NORMAL_95 * deviation  # events decide over a static limit
     ends = []
     for sign in (-1.0, 1.0):
-        end, tried = _profile_end(solution, others, j, sign * step, NORMAL_95 * deviation)
+        end, tried = _profile_end(solution, others, j, sign * step, least)
         ends.append(end)
         points += tried
     profile = ParameterProfile(ends[0], ends[1], sorted(points, key=lambda point: point[:2]))
-    static = solution.squares.model.parameters[j].key.startswith(STATIC_PATHS)
-    if static and solution.squares.leaves_out_events:
+    if is_static and solution.squares.leaves_out_events:
         return _over_all_samples(solution, j, profile)
     return profile
 
