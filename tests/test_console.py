@@ -177,7 +177,7 @@ def test_steady_orbit_shows_how_well_it_closes(capsys):
     made = outcome()
     numerics = replace(made.response.numerics, closure=1.23e-13, period_multiple=2)
     show(replace(made, response=replace(made.response, numerics=numerics)))
-    assert "periodic orbit (2 periods), closure 1.2e-13" in capsys.readouterr().out
+    assert re.search(r"\(2 periods, [.\d]+ s\), closure\s+1.2e-13", capsys.readouterr().out)
 
 
 def test_warnings_go_to_stderr_one_a_line_when_piped(capsys):
@@ -323,11 +323,11 @@ def test_repetition_is_counted_in_periods_of_the_base(seat, capsys):
     words = ["measure=null", "excitation.frequency=5", "solver.step=1e-3"]
     varied = "friction.normal_variation={amplitude: 0.4, frequency: 9}"
     show(package.run(package.load(seat, [*words, varied])))
-    assert "periodic orbit (5 periods)" in capsys.readouterr().out
+    assert "periodic orbit (5 periods, " in capsys.readouterr().out
     for step in (1e-3, 1.0):  # one longer than the period makes it no shorter
         words[-1] = f"solver.step={step}"
         show(package.run(package.load(seat, words)))
-        assert "periodic orbit (1 period)" in capsys.readouterr().out
+        assert "periodic orbit (1 period, " in capsys.readouterr().out
 
 
 def test_comparison_tells_the_base_motion_as_a_run_does(seat, capsys):

@@ -93,7 +93,8 @@ def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield "approach", f"{numerics.approach}: {numerics.why}"
     if numerics.period_multiple is not None:
         count = _period_count(outcome, numerics.period_multiple)
-        long = format_count(count, "period")
+        length = format_number(_repetition(outcome), "s", 4)
+        long = f"{format_count(count, 'period')}, {length}"
         closure = format_number(numerics.closure, digits=2)
         away = ""
         if numerics.distance is not None:
@@ -112,12 +113,15 @@ def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
 
 def _period_count(outcome: Outcome, multiple: int) -> int:
     """Return the number of base periods in a repetition; a second force may need several."""
-    base, trajectory = (
-        common_period(outcome.scenario.excitation.frequencies),
-        outcome.response.trajectory,
-    )
+    base = common_period(outcome.scenario.excitation.frequencies)
+    return round(_repetition(outcome) / base) if base else multiple
+
+
+def _repetition(outcome: Outcome) -> float:
+    """Return the length of a repetition of the periodic orbit [s]."""
+    trajectory = outcome.response.trajectory
     assert trajectory is not None, "the response of an approach has its trajectory"
-    return round(trajectory.end / base) if base else multiple
+    return trajectory.end
 
 
 def _describe_window(outcome: Outcome) -> str:
