@@ -144,6 +144,16 @@ def test_a_wrong_level_of_one_curve_is_named_and_one_of_all_scales_the_friction(
     )
 
 
+def test_curves_with_a_free_mass_give_ratios_only_and_the_fit_ends_soon(tmp_path):
+    write_curves(tmp_path, 2, ("T_a",))
+    edit(tmp_path, ("free:\n", "free:\n    oscillator.mass: {}\n"))
+    result = fit_in(tmp_path)
+    assert [profile.key for profile in result.profiles] == ["friction.static_ratio"]
+    scaled = {p.key for p in result.parameters if "only the ratios of" in p.note}
+    assert {"oscillator.mass", "friction.kinetic"} <= scaled
+    assert "state one of them" in result.draws.reason
+
+
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [

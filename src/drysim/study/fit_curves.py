@@ -78,6 +78,10 @@ LEAST_NOISE = 1e-9
 SLOPE_STEP = 1e-6
 """Relative step of the derivatives: orbits are exact to rounding."""
 
+NULL_SHARE = 10.0 * SLOPE_STEP
+"""Ratio of singular values below which a direction has no effect: forward differences have an
+error of about their step."""
+
 ROWS_PER_VALUE = 2
 """Number of rows for each free value below which nothing is fitted."""
 
@@ -379,6 +383,7 @@ class CurveSquares(LeastSquares):
     """Residuals of curves: few rows, all of which count from the beginning."""
 
     leaves_out_events = False
+    null_share = NULL_SHARE
 
     def coarse(self, x: Floats) -> Floats:
         """Return the start, which is the best of a grid."""

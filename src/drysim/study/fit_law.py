@@ -18,7 +18,6 @@ from drysim.study.fit_base_noise import BaseNoise, with_base_noise
 from drysim.study.fit_least_squares import (
     BETTER,
     DIFFERENCE,
-    NULL_SHARE,
     STEPS,
     LeastSquares,
     Solution,
@@ -274,7 +273,7 @@ class LawFit:
         groups: dict[int, tuple[int, ...]] = {}
         for value, direction in zip(values, directions, strict=True):
             group = tuple(np.flatnonzero(np.abs(direction) > IN_DIRECTION).tolist())
-            negligible = value <= NULL_SHARE * values[0]
+            negligible = value <= solution.squares.null_share * values[0]
             if negligible or (len(group) == 1 and value * UNKNOWN_SHARE <= 1.0):
                 groups |= dict.fromkeys(group, group)
         return groups

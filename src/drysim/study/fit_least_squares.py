@@ -265,6 +265,8 @@ class LeastSquares:
 
     leaves_out_events: ClassVar[bool] = True
     """Whether samples next to an event are left out of a fit."""
+    null_share: ClassVar[float] = NULL_SHARE
+    """Ratio of singular values below which a direction has no effect."""
 
     @classmethod
     def starting_from(cls, model: FitModel, end: float, start: Floats) -> Self:
