@@ -434,7 +434,9 @@ class Fit(Block):
     def _check_noise(self) -> Self:
         for name in CHANNELS if self.measured is not None else ():
             if getattr(self.noise, name, None) and name not in self.response.channels:
-                raise InvalidValue("is not measured", "noise", name)
+                raise InvalidValue(
+                    f"is not measured; remove it, or give {name} in fit.measured", "noise", name
+                )
         if getattr(self.noise, "u_dd", None) is not None and self.is_rig:
             raise InvalidValue("is that of a base, which a rig has not", "noise", "u_dd")
         return self
