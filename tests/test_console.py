@@ -305,6 +305,8 @@ def test_problems_for_github_are_annotations(capsys):
         "::error file=a%2Cb%3Ac.yaml,line=5,col=12::50 %25 too much%0Aat once",
         "::warning file=still.yaml::the mass will not move",
     ]
+    problems.show_problems({"still.yaml": (STANDSTILL,)}, "github", strict=True)
+    assert capsys.readouterr().out == "::error file=still.yaml::the mass will not move\n"
 
 
 @pytest.mark.parametrize("step", [0.3, 0.7])

@@ -73,7 +73,7 @@ def show_problems(
     if form == "github":
         for problems in problems_by_file.values():
             for problem in problems:
-                print_workflow_command(console, _github_annotation(problem))
+                print_workflow_command(console, _github_annotation(problem, strict))
         return
     for number, (file, problems) in enumerate(problems_by_file.items()):
         if number:
@@ -158,13 +158,14 @@ def _to_dict(problems_by_file: Mapping[str, Sequence[Problem]]) -> dict[str, obj
     return {"format": 1, "files": files}
 
 
-def _github_annotation(problem: Problem) -> str:
-    """Return a problem as a GitHub workflow command."""
+def _github_annotation(problem: Problem, strict: bool) -> str:
+    """Return a problem as a GitHub workflow command; if strict, a warning is an error."""
     places = {"file": problem.file, "line": problem.line, "col": problem.column}
     properties = ",".join(
         f"{key}={_escape_property(str(value))}" for key, value in places.items() if value
     )
-    level = GITHUB_LEVELS.get(problem.severity, problem.severity)
+    levels = GITHUB_LEVELS | ({"warning": "error"} if strict else {})
+    level = levels.get(problem.severity, problem.severity)
     return f"::{level} {properties}::{_escape_data(problem.sentence)}"
 
 
