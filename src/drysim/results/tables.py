@@ -268,8 +268,9 @@ FORMULA_STARTS = "=", "+", "-", "@"
 
 
 def _as_text(cell: str) -> str:
-    """Return text that no spreadsheet takes for a formula; a number stays as it is."""
-    is_formula = cell.startswith(FORMULA_STARTS) and not NUMBER_PATTERN.fullmatch(cell)
+    """Return text that no spreadsheet takes for a formula; numbers and lone signs stay."""
+    is_plain = len(cell) == 1 or NUMBER_PATTERN.fullmatch(cell)
+    is_formula = cell.startswith(FORMULA_STARTS) and not is_plain
     return f"'{cell}" if is_formula else cell
 
 
