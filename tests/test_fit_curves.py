@@ -165,6 +165,7 @@ def test_curves_with_a_free_mass_give_ratios_only_and_the_fit_ends_soon(tmp_path
          "fit.free.start.x_r is not fitted to curves, only keys of oscillator or friction are"),
         ("T_a: T_a0", "T_a: T_b0", "there is no column `T_b0`"),
         ("T_a: T_a0, T_x: T_x0, ", "", "fit.curves #1 needs T_a or T_x"),
+        ("T_x: T_x0, rms: ", "T_x: T_x0, rms: -", "error: twin.yaml: 1 error"),
         ("T_a: T_a0,", "T_a: T_a0, velocity: 1,", "give rms or velocity, not both"),
         ("{kind: harmonic, frequency: 2 Hz, rms: 0.5}",
          "{kind: sweep, from: 1, to: 9, rms: 1, duration: 60}\nsolver: {step: 1 ms}",

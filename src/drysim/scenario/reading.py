@@ -248,7 +248,12 @@ class Reading:
         for name, other in model.needs.items():
             reported = any(other in group for group in missing)
             if name in values and other not in values and not reported:
-                sentence = f"{spoken_name((*path, name))} requires {other}"
+                groups = [group for group in model.any_of if other in group]
+                given = next((key for group in groups for key in group if key in values), "")
+                fault = f"requires {other}"
+                if given:
+                    fault = f"has no meaning with {given}, only with {other}; remove it"
+                sentence = f"{spoken_name((*path, name))} {fault}"
                 self.fault(sentence, (*path, name), at_key=True)
 
 

@@ -315,7 +315,9 @@ def _read_fit(
         if unknown := [key for key in drawn if keys.get(key) is None]:
             raise ValueError(f"names a fit of {join_words(unknown)}, which this scenario lacks")
         for key in drawn:
-            if fault := sweep_fault(reading.values, key, keys, [*elsewhere, *drawn]):
+            if fault := sweep_fault(
+                reading.values, key, keys, [*elsewhere, *drawn], FROM_FIT_KEY
+            ):
                 raise ValueError(f"names a fit of {key}: {fault}")
         if not drawn:
             raise ValueError("names a fit whose keys are all varied elsewhere; remove it")

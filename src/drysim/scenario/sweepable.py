@@ -9,6 +9,7 @@ from typing import Any
 from drysim.messages import closest_match, did_you_mean, format_value
 from drysim.scenario.axes import (
     DIRECTION_KEY,
+    FROM_FIT_KEY,
     SWEEP_KEY,
 )
 from drysim.scenario.blocks import SEED_KEY
@@ -34,7 +35,7 @@ def sweep_fault(
 
     `document` is the scenario as plain values, whose `sweep` has dotted keys, and `keys` are
     its keys from `numeric_keys`. `varied` are all keys that are varied together in the block
-    `block_name`, by default those of the sweep.
+    `block_name`, by default those of the sweep; draws of a fit are of the block `from_fit`.
     """
     numeral = keys.get(key)
     if numeral is None:
@@ -42,7 +43,8 @@ def sweep_fault(
     block, _, name = key.rpartition(".")
     earlier = takewhile(lambda other: other != key, varied or document[SWEEP_KEY])
     swept = {other.rpartition(".")[2] for other in earlier if other.rpartition(".")[0] == block}
-    if sentence := _exclusion_fault(block, name, numeral, swept):
+    drawn = block_name == FROM_FIT_KEY
+    if sentence := _exclusion_fault(block, name, numeral, swept, drawn):
         return sentence
     seed_keys = {"seeds", "until"} & get_block(document, "excitation").keys()
     if key == SEED_KEY and seed_keys:
@@ -112,8 +114,13 @@ def _closest_key(key: str, keys: KnownKeys) -> str | None:
     return closest
 
 
-def _exclusion_fault(block: str, name: str, numeral: NumericKey, swept: set[str]) -> str | None:
-    """Return why other keys of its block exclude a key; None if none does."""
+def _exclusion_fault(
+    block: str, name: str, numeral: NumericKey, swept: set[str], drawn: bool
+) -> str | None:
+    """Return why other keys of its block exclude a key; None if none does.
+
+    The keys of the draws of a fit are given, so that only the block can change.
+    """
     model, values = numeral.model, numeral.block
     if model is None:
         return None
@@ -121,6 +128,8 @@ def _exclusion_fault(block: str, name: str, numeral: NumericKey, swept: set[str]
         others = [other for other in group if name in group and other != name]
         if other := next((other for other in others if other in values), ""):
             instead = f"vary {block}.{other}, or give {name} instead"
+            if drawn:
+                instead = f"give {name} instead, which the draws have"
             return f"{block}.{name} is not used: {block} has {other}; {instead}"
         if other := next((other for other in others if other in swept), ""):
             return f"vary {block}.{name} or {block}.{other}, not both"

@@ -49,10 +49,17 @@ def validation_faults(
     validated, if not the whole scenario.
     """
     for error in fault.errors(include_url=False):
-        if error["type"] in ALREADY_REPORTED:
+        if error["type"] in ALREADY_REPORTED or _counts_valid_entries(error):
             continue
         keys = (*_without_tags((*path, *error["loc"]), values), *blamed_path(error))
         yield keys, with_subject(keys, validation_message(error))
+
+
+def _counts_valid_entries(error: ErrorDetails) -> bool:
+    """Return whether a list is too short only without its faulty entries, reported before."""
+    entries = error["input"]
+    is_list = error["type"] == "too_short" and isinstance(entries, list | tuple)
+    return is_list and len(entries) >= error.get("ctx", {})["min_length"]
 
 
 def with_subject(keys: KeyPath, text: str) -> str:
