@@ -7,8 +7,6 @@ import os
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from drysim import system
 from drysim.messages import format_value
 from drysim.wording import format_count
@@ -73,18 +71,15 @@ def read_draws(folder: Path, name: object) -> FitDraws:
     try:
         text = draws_file(path).read_text(encoding="utf-8")
         header, *rows = text.splitlines()
-        table = np.array([row.split(",") for row in rows], dtype=np.float64)
-        heads = [head.removesuffix("]").split(" [") for head in header.split(",")]
-        units = dict(heads)
-        if table.shape != (len(rows), len(heads)) or not rows:
-            raise ValueError("its rows differ")
+        units = dict(head.removesuffix("]").split(" [") for head in header.split(","))
+        texts = zip(*(row.split(",") for row in rows), strict=True)
+        columns = {
+            key: tuple(map(float, column))
+            for key, column in zip(units, texts, strict=True)
+            if "." in key and not key.startswith(OF_THE_RECORD)
+        }  # a metric may have no value
     except (OSError, ValueError, UnicodeError) as fault:
         raise ValueError(f"names a table of draws that cannot be read: {name}") from fault
-    columns = {
-        key: tuple(column)
-        for key, column in zip(units, table.T.tolist(), strict=True)
-        if "." in key and not key.startswith(OF_THE_RECORD)
-    }
     if not columns:
         raise ValueError(f"names a fit of no key that another scenario has: {name}")
     return FitDraws(name, path, columns, {key: units[key] for key in columns})
