@@ -12,6 +12,7 @@ from seat import rows_of
 from twin import CURVE_KEYS, values_of, write_curves
 
 import drysim as package
+from drysim.study.statistics import NORMAL_95
 
 
 def load(folder: Path) -> Any:
@@ -65,6 +66,14 @@ def test_intervals_of_100_digitised_curves_hold_the_truth_in_88_to_100_percent(t
             high = np.inf if parameter.profile_high is None else parameter.profile_high
             held[i] += low <= true[parameter.key] <= high
     assert (held >= 88).all()
+
+
+def test_draws_of_a_fit_to_curves_explain_the_curves(tmp_path):
+    write_curves(tmp_path, 2)
+    result = fit_in(tmp_path)
+    spread = 2.0 * NORMAL_95 * result.draws.values.std(axis=0)
+    for parameter, width in zip(result.parameters, spread.tolist(), strict=True):
+        assert parameter.profile_high - parameter.profile_low == pytest.approx(width, rel=0.2)
 
 
 def test_curves_without_noise_come_back_to_rounding(tmp_path):

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from shown import show
-from twin import fit_text, fit_twin, keys, write_twin
+from twin import base_motion, fit_text, fit_twin, keys, write_columns, write_twin
 
 import drysim
 from drysim.parallel import WorkerPool
@@ -107,8 +107,8 @@ def test_draws_keep_the_bounds_that_the_likelihood_is_cut_by(linear):
     assert (damping.mean() - value) / deviation == pytest.approx(0.207, abs=0.1)
 
 
-def test_bounds_that_hardly_a_point_keeps_leave_the_solution(linear):
-    deviations = 1e-6 * linear.first.scale * np.sqrt(np.diag(linear.solution.covariance))
+def test_draws_are_uniform_within_bounds_that_the_record_hardly_sees(linear):
+    deviations = 1e-3 * linear.first.scale * np.sqrt(np.diag(linear.solution.covariance))
     parameters = tuple(
         replace(parameter, low=value - deviation, high=value + deviation)
         for parameter, value, deviation in zip(
@@ -120,8 +120,12 @@ def test_bounds_that_hardly_a_point_keeps_leave_the_solution(linear):
     draws = drawn(
         replace(linear, model=model, solution=linear.solution._replace(squares=squares))
     )
-    assert draws.values == pytest.approx(np.tile(linear.values, (len(draws.values), 1)))
-    assert draws.effective < fit_draws.POOR
+    within = (draws.values - linear.values) / deviations
+    assert draws.effective > fit_draws.DRAWS
+    assert (
+        pytest.approx(np.tile([-0.5, 0.0, 0.5], (2, 1)), abs=0.12)
+        == np.quantile(within, (0.25, 0.5, 0.75), axis=0).T
+    )
 
 
 @pytest.fixture(scope="module")
@@ -230,6 +234,15 @@ def loaded(folder: Path, blocks: str, scene: str = SCENE) -> drysim.Scenario:
     """Return a scenario with further blocks, read from a folder."""
     (folder / "scene.yaml").write_text(scene + blocks)
     return drysim.load(folder / "scene.yaml")
+
+
+def test_draws_without_a_metric_are_taken(fitted, tmp_path):
+    result, _ = fitted
+    empty = np.full(len(result.draws.values), np.nan)
+    draws = result.draws._replace(metrics={**result.draws.metrics, "T_a": empty})
+    replace(result, draws=draws).save(tmp_path / "out" / "fit", plots=False)
+    scenario = loaded(tmp_path, "sweep: {sample: {from_fit: out/fit}}")
+    assert len([*iter_points(scenario.sweep)]) == len(empty)
 
 
 def test_sample_takes_the_draws_of_a_fit_jointly(fitted):
@@ -405,7 +418,9 @@ def test_design_over_draws_proposes_no_grid_of_their_values(fitted, drysim, tmp_
 # Coverage
 
 
-def twin_intervals(folder: Path, seed: int) -> dict[str, tuple[float, float, float, float]]:
+def twin_intervals(
+    folder: Path, seed: int, base_noise: float = 0.0
+) -> dict[str, tuple[float, float, float, float]]:
     """Return true value, fitted value and interval of metrics and parameters of a twin."""
     chance = random.Random(seed)
     truth = {
@@ -426,8 +441,13 @@ def twin_intervals(folder: Path, seed: int) -> dict[str, tuple[float, float, flo
         folder, scene, noise={"x_dd": noise, "x_r": 3e-3 * noise}, seed=seed, seconds=8.0,
         rate=200.0,
     )  # fmt: skip
-    result = fit_twin(folder, MASS + COULOMB, keys(*FOUR), measured, more=UPRIGHT)
     metrics = drysim.run(drysim.load(folder / "truth.yaml")).metrics
+    u_dd = base_motion(8.0, seed, rate=200.0)
+    u_dd += base_noise * np.random.default_rng((seed, 1)).normal(size=len(u_dd))
+    write_columns(
+        folder / "base.csv", {"t [s]": np.arange(len(u_dd)) / 200.0, "u_dd [m/s2]": u_dd}
+    )
+    result = fit_twin(folder, MASS + COULOMB, keys(*FOUR), measured, more=UPRIGHT)
     intervals = {
         name: (float(metrics[name] or 0.0), value, low, high)
         for name, value, low, high in result.motion_intervals
@@ -451,8 +471,9 @@ def held(interval: tuple[float, float, float, float], width: float = 1.0) -> boo
     )
 
 
-def test_intervals_of_the_motion_hold_the_truth_and_are_not_wide(tmp_path):
-    twins = [twin_intervals(tmp_path, seed) for seed in range(4)]
+@pytest.mark.parametrize("base_noise", [0.0, 0.013])
+def test_intervals_of_the_motion_hold_the_truth_and_are_not_wide(tmp_path, base_noise):
+    twins = [twin_intervals(tmp_path, seed, base_noise) for seed in range(4)]
     for name in ("T_a", "SEAT", "x_r_peak"):
         assert all(held(twin[name], 1.5) for twin in twins)
         assert not all(held(twin[name], 0.2) for twin in twins)
@@ -460,8 +481,9 @@ def test_intervals_of_the_motion_hold_the_truth_and_are_not_wide(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.by_hand
-def test_intervals_hold_the_truth_in_95_percent_of_twins(tmp_path):
-    twins = [twin_intervals(tmp_path, seed) for seed in range(1000, 1300)]
+@pytest.mark.parametrize("base_noise", [0.0, 0.013])
+def test_intervals_hold_the_truth_in_95_percent_of_twins(tmp_path, base_noise):
+    twins = [twin_intervals(tmp_path, seed, base_noise) for seed in range(1000, 1300)]
     for name in ("T_a", "SEAT", "x_r_peak", *FOUR):
         shares = [
             np.mean([held(twin[name], width) for twin in twins if name in twin])

@@ -369,7 +369,9 @@ def solve(
         metrics = {} if case is None else dict(measure_case(case)[0])
         shown = [name for name in PREDICTED if metrics.get(name) is not None]
         if case is not None and shown and len(draws.values) and not is_rig(scenario):
-            draws = with_metrics(draws, case, shown, steps)
+            base_noise = reported.base_noise
+            level = 0.0 if base_noise is None else base_noise.level
+            draws = with_metrics(draws, case, shown, steps, level)
         finished(1)
     return describe_fit(scenario, reported, scores, profiles, draws, metrics)
 

@@ -12,11 +12,13 @@ Method
        have the weight 0. Where too few points bear the weight, a further round draws from the
        mean and covariance of those weighted so far; the points of all rounds count together.
     2. Systematic resampling gives draws without weights.
-    3. A static limit decides at the events, next to which no sample is selected. Half of its
-       draws are from its profile over all samples, half from that of the selected ones; the
-       other values follow it by their covariance.
+    3. A static limit decides at the events, next to which no sample of a record is selected.
+       Half of its draws are from its profile over all samples, half from that of the selected
+       ones; the other values follow it by their covariance. Of curves all values are selected,
+       so that it is a value as the others.
     4. Noise of the base makes the likelihood too narrow. The draws are scaled about the
-       solution so that they have the robust covariance (horizontal adjustment).
+       solution so that they have the robust covariance (horizontal adjustment). It also
+       changes the metrics of a motion: each draw is solved with noise of its own, too.
     5. A value that the record does not determine is uniform over what is left open, if it has
        bounds; otherwise there are no draws.
 
@@ -75,12 +77,15 @@ WIDER = 1.5
 SINGULAR = 1e-10
 """Least eigenvalue of a covariance, relative to the largest."""
 
+NOISE_SEED = 2012
+"""Seed of the noises of the base, with the number of the draw."""
+
 GRID = 20_001
 """Points at which the density of a static limit is integrated."""
 
 
 class Draws(NamedTuple):
-    """Joint draws of the fitted values, and the motion of each on the measured base."""
+    """Joint draws of the fitted values, and metrics of the motion of each."""
 
     keys: tuple[str, ...]
     units: tuple[str, ...]
@@ -89,7 +94,8 @@ class Draws(NamedTuple):
     effective: float
     """Number of points that bear the weight."""
     metrics: Mapping[str, Floats] = MappingProxyType({})
-    """Metrics of each draw, shape (n,) each; NaN where the motion has none."""
+    """Metrics of each draw on the measured base, less what noise of the base changes in them;
+    shape (n,) each, NaN where the motion has none."""
     reason: str = ""
     """Why there are none; empty if there are."""
 
@@ -136,7 +142,11 @@ def draw(
         return none._replace(reason="the fitted motion is not the measured one")
     if reason := open_reason(law_fit, profiles):
         return none._replace(reason=reason)
-    static = [j for j, key in enumerate(keys) if key.startswith(STATIC_PATHS)]
+    static = [
+        j for j, key in enumerate(keys)
+        if key.startswith(STATIC_PATHS)
+        and (solution.squares.leaves_out_events or j in law_fit.undetermined)
+    ]  # fmt: skip
     unknown = [
         j for j in law_fit.undetermined
         if j not in static and (is_open(profiles.get(j)) or not solution.jacobian[:, j].any())
@@ -145,8 +155,8 @@ def draw(
     x = np.tile(reported.solution.x, (DRAWS, 1))
     effective = float(DRAWS)
     if regular:
-        wide = tuple(wide_deviation(solution, profiles.get(j), j) for j in regular)
-        likelihood = Likelihood(solution, tuple(regular), wide)
+        apart = tuple(apart_deviation(solution, profiles.get(j), j) for j in regular)
+        likelihood = Likelihood(solution, tuple(regular), apart)
         x[:, regular], effective = likelihood.draw(steps, law_fit.error < EXACT)
     shares = sobol_points(Design("sobol", DRAWS, len(keys), 1))
     shares = (np.argsort(np.argsort(shares, axis=0), axis=0) + 0.5) / DRAWS
@@ -162,11 +172,16 @@ def draw(
     return none._replace(values=valid_values(law_fit, x, plain), effective=effective)
 
 
-def wide_deviation(solution: Solution, profile: ParameterProfile | None, j: int) -> float:
-    """Return the standard deviation by the profile; 0 unless it exceeds that of the covariance.
+def apart_deviation(solution: Solution, profile: ParameterProfile | None, j: int) -> float:
+    """Return a standard deviation other than that of the covariance; 0 if there is none.
 
-    The likelihood may be flat about the solution, and fall far from it only.
+    Bounds may be narrower. The likelihood may also be flat about the solution, and fall far
+    from it only, as the profile shows.
     """
+    low, high = (float(ends[j]) for ends in solution.squares.bounds)
+    inside = (high - low) / np.sqrt(12.0)  # that of a uniform distribution
+    if inside < solution.deviation(j):
+        return float(inside)
     if profile is None or profile.low is None or profile.high is None:
         return 0.0
     deviation = (profile.high - profile.low) / (2.0 * NORMAL_95)
@@ -309,9 +324,8 @@ class Likelihood:
 
     solution: Solution
     regular: tuple[int, ...]
-    wide: tuple[float, ...]
-    """Standard deviations of parameters far from a normal distribution, by their profiles; 0
-    for the others."""
+    apart: tuple[float, ...]
+    """Standard deviations of parameters far from a normal distribution; 0 for the others."""
 
     def at_given_others(self, covariance: Floats) -> Floats:
         """Return a covariance of the parameters while the others are as fitted."""
@@ -323,12 +337,12 @@ class Likelihood:
         return rest
 
     def first_covariance(self) -> Floats:
-        """Return the covariance of the first points; wide parameters have no correlation.
+        """Return the covariance of the first points; some parameters have no correlation.
 
         That at given others by their covariance would be a difference of large numbers.
         """
-        covariance = np.diag(np.square(self.wide))
-        near = [i for i, deviation in enumerate(self.wide) if deviation == 0.0]
+        covariance = np.diag(np.square(self.apart))
+        near = [i for i, deviation in enumerate(self.apart) if deviation == 0.0]
         slopes = self.solution.jacobian[:, [self.regular[i] for i in near]]
         covariance[np.ix_(near, near)] = covariance_of(slopes)
         return covariance
@@ -453,14 +467,27 @@ def draws_warnings(draws: Draws) -> Iterator[WarningMessage]:
 # The motion of each draw
 
 
-def with_metrics(draws: Draws, case: Case, names: Sequence[str], steps: Steps) -> Draws:
-    """Return draws with metrics of their motions on the base motion of a case."""
+def with_metrics(
+    draws: Draws, case: Case, names: Sequence[str], steps: Steps, noise: float = 0.0
+) -> Draws:
+    """Return draws with metrics of their motions on the base motion of a case.
+
+    Parameters
+    ----------
+    draws : Draws
+    case : Case
+    names : sequence of str
+    steps : Steps
+    noise : float, optional
+        Standard deviation of the noise of the base motion [m/s²].
+    """
     points = [
         {key: value for key, value in point.items() if not key.startswith("measured.")}
         for point in draws.points
     ]
-    parts = [points[i : i + DRAWS_PER_STEP] for i in range(0, len(points), DRAWS_PER_STEP)]
-    function = partial(metrics_at, case.scenario, case.motion, tuple(names))
+    numbered = [*enumerate(points)]
+    parts = [numbered[i : i + DRAWS_PER_STEP] for i in range(0, len(numbered), DRAWS_PER_STEP)]
+    function = partial(metrics_at, case.scenario, case.motion, tuple(names), noise)
     rows = np.concatenate([*steps.map_in_order(function, parts, np.array)])
     return draws._replace(metrics=dict(zip(names, rows.T, strict=True)))
 
@@ -469,11 +496,29 @@ def metrics_at(
     scenario: Scenario,
     motion: Sines | Samples,
     names: tuple[str, ...],
-    points: Sequence[dict[str, float]],
+    noise: float,
+    points: Sequence[tuple[int, dict[str, float]]],
 ) -> Floats:
-    """Return metrics of a scenario at some points, shape (n, names); NaN where unknown."""
+    """Return metrics of a scenario at numbered points, shape (n, names); NaN where unknown.
+
+    The measured base has its noise once. Noise that is added to it changes a metric as the
+    first one did, which is why the change is subtracted.
+    """
     rows = []
-    for point in points:
-        (metrics, _, _), _ = try_measure(scenario.at(point), lambda _: motion)
-        rows.append([metrics.get(name) for name in names])
-    return np.array(rows, dtype=np.float64)
+    for number, point in points:
+        scene = scenario.at(point)
+        row = metrics_on(scene, motion, names)
+        if noise > 0.0:
+            assert isinstance(motion, Samples), "noise is that of a record"
+            u_dd = np.asarray(motion.u_dd[:])
+            added = noise * np.random.default_rng((NOISE_SEED, number)).normal(size=len(u_dd))
+            noisy = motion._replace(u_dd=u_dd + added, u=None, mean_squares=None)
+            row = 2.0 * row - metrics_on(scene, noisy, names)
+        rows.append(row)
+    return np.array(rows)
+
+
+def metrics_on(scene: Scenario, motion: Sines | Samples, names: Sequence[str]) -> Floats:
+    """Return metrics of a scene on a base motion; NaN where unknown."""
+    (metrics, _, _), _ = try_measure(scene, lambda _: motion)
+    return np.array([metrics.get(name) for name in names], dtype=np.float64)
