@@ -12,6 +12,7 @@ from seat import rows_of
 from twin import CURVE_KEYS, values_of, write_curves
 
 import drysim as package
+from drysim.study.gallery import list_scenarios
 from drysim.study.statistics import NORMAL_95
 
 
@@ -66,6 +67,16 @@ def test_intervals_of_100_digitised_curves_hold_the_truth_in_88_to_100_percent(t
             high = np.inf if parameter.profile_high is None else parameter.profile_high
             held[i] += low <= true[parameter.key] <= high
     assert (held >= 88).all()
+
+
+def test_other_values_that_explain_one_curve_as_well_are_named():
+    file = next(each.file for each in list_scenarios() if each.name == "fit-curves")
+    curve = {"file": "fit-curves-synthetic.csv", "frequency": "f", "T_a": "T_a 0.7", "rms": 0.7}
+    result = package.fit(package.load(file, {"fit.curves": [curve]}), workers=1)
+    (warning,) = result.warnings
+    assert warning.slug == "starts-disagree"
+    assert "other values explain these curves as well" in warning.sentence
+    assert "friction.static_ratio 1," in warning.sentence
 
 
 def test_draws_of_a_fit_to_curves_explain_the_curves(tmp_path):

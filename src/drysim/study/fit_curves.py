@@ -56,6 +56,7 @@ from drysim.study.fit_model import (
     fit_of,
     is_valid_scene,
 )
+from drysim.study.fit_profiles import CHI_SQUARE_95
 from drysim.study.plan import can_solve_together, orbit_metrics, orbit_statuses, scene_array
 from drysim.study.preparation import assemble, base_motion, locating_records
 from drysim.wording import format_count, format_number
@@ -448,6 +449,16 @@ class CurveFit(LawFit):
         costs = [solution.squares.fine(x)[0] for x in ends]
         lowest = solution.squares.cost(solution.x)
         return sum(cost <= AGREE * lowest + 1e-9 for cost in costs), len(costs)
+
+    @cached_property
+    def equal_ends(self) -> tuple[Floats, ...]:
+        """Where starts led to a fit that is as good as the solution, at 95 %."""
+        solution = self.solution
+        squares, most = solution.squares, solution.sum_of_squares + CHI_SQUARE_95
+        sums = [
+            np.sum(squares.residuals(squares.solve(x), solution.mask) ** 2) for x in self.ends
+        ]
+        return tuple(x for x, total in zip(self.ends, sums, strict=True) if total < most)
 
     @property
     def curves(self) -> Iterator[FittedCurve]:

@@ -112,6 +112,13 @@ def fit_warnings(
             f"{many} to this solution: it may not be the best; give `start` values or bounds"
         )
         yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
+    elif isinstance(law_fit, CurveFit) and (others := other_solution(law_fit, parameters)):
+        sentence = (
+            f"other values explain these curves as well, by the noise: {others}; the intervals "
+            "are those about the best ones and may miss the true values: add curves of T_x or "
+            "of another level, or give bounds"
+        )
+        yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
     for name in law_fit.model.compared:
         rho, expected = lag_correlation(law_fit, name), expected_correlation(law_fit, name)
         if error > EXACT and abs(white_score(law_fit, name)) > WHITE:
@@ -124,6 +131,24 @@ def fit_warnings(
                 + (f"narrow, by a factor of about {factor}" if left > 0.0 else "wide")
             )
             yield WarningMessage("residuals-not-white", sentence, {"correlation": rho})
+
+
+def other_solution(law_fit: CurveFit, parameters: Sequence[Parameter]) -> str:
+    """Return the values of a fit as good as the solution but outside an interval of it.
+
+    A profile begins at the solution, and cannot reach another one that is apart.
+    """
+    for end in law_fit.equal_ends:
+        values = law_fit.model.point(end * law_fit.first.scale)
+        if any(
+            (p.profile_low is not None and values[p.key] < p.profile_low)
+            or (p.profile_high is not None and values[p.key] > p.profile_high)
+            for p in parameters
+        ):
+            return ", ".join(
+                f"{p.key} {format_quantity(values[p.key], p.unit)}" for p in parameters
+            )
+    return ""
 
 
 def cause_of_bad_fit(law_fit: LawFit, of_records: Sequence[WarningMessage]) -> str:
