@@ -76,7 +76,7 @@ def test_other_values_that_explain_one_curve_as_well_are_named():
     (warning,) = result.warnings
     assert warning.slug == "starts-disagree"
     assert "other values explain these curves as well" in warning.sentence
-    assert "friction.static_ratio 1," in warning.sentence
+    assert "friction.static_ratio 1;" in warning.sentence
 
 
 def test_draws_of_a_fit_to_curves_explain_the_curves(tmp_path):
