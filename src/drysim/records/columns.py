@@ -14,7 +14,7 @@ registry.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
@@ -414,6 +414,10 @@ class Columns:
     def line_of(self, row: int) -> int:
         """Return the 1-based line of a 0-based row of a text file; 0 in other files."""
         return 0
+
+    def texts(self, index: int) -> Iterator[str]:
+        """Yield the text in each row of a column of a text file; nothing of other files."""
+        yield from ()
 
     def describe_row(self, row: int) -> str:
         """Return a 0-based row as messages show it."""

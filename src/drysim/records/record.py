@@ -239,12 +239,12 @@ class Ratios(NamedTuple):
 def read_ratios(
     table: RatioTable, names: Sequence[str | int]
 ) -> tuple[tuple[Ratios, ...], Input]:
-    """Read columns of ratios over frequency; rows without a ratio are left out.
+    """Read columns of ratios over frequency; rows with an empty cell are left out.
 
     Raises
     ------
     RecordError
-        If the file cannot be read, or a frequency or ratio is not above zero.
+        If the file cannot be read, a ratio is text, or it or a frequency is not above zero.
     """
     ratios = []
     with _open_columns(table) as (columns, file):
@@ -262,6 +262,10 @@ def read_ratios(
             scale = unit_factor(columns, index, unit, "", "")
             frequency, values = (series[:] for series in columns.numbers([f, index], index))
             used = np.isfinite(values)
+            for row, text in enumerate(() if used.all() else columns.texts(index)):
+                if text and not used[row]:
+                    sentence = f"`{text}` is not a number; leave the cell empty if it has none"
+                    raise columns.error_at(row, index, sentence)
             for column, series in ((f, frequency), (index, values)):
                 for row in np.flatnonzero(used & ~(series > 0.0))[:1].tolist():
                     what = "a frequency" if column == f else "a ratio of RMS values"

@@ -550,6 +550,11 @@ class TextTable(Columns):
         """Return the 1-based line of a 0-based row of numbers."""
         return next(islice(self.rows(), row, None))[0]
 
+    def texts(self, index: int) -> Iterator[str]:
+        """Yield the text in each row of numbers of a column; empty in an empty row."""
+        for _, cells in self.rows():
+            yield cells[index].quote if cells else ""
+
     def ragged(self, line: int, cells: int) -> RecordError:
         """Return the error for a row with a wrong number of cells."""
         for number, _, text in content_lines(self.file, self.start, self.line):
