@@ -385,6 +385,23 @@ def test_keys_that_a_scenario_lacks_are_named(fitted, block):
     ]
 
 
+@pytest.mark.parametrize(
+    ("count", "text"),
+    [(1, "(1 draw of out/fit, friction"), (2, ", friction.kinetic as given, not as drawn)")],
+)
+def test_key_that_is_given_beside_the_draws_is_named_in_their_text(fitted, count, text):
+    _, folder = fitted
+    draws = f"from_fit: out/fit, count: {count}"
+    vary = "vary: {oscillator.damping: {from: 300, to: 900}}, minimise: T_a"
+    for block in (
+        f"sweep: {{friction.kinetic: [30, 40], sample: {{{draws}}}}}",
+        f"design: {{{vary}, over: {{friction.kinetic: [30, 40], {draws}}}}}",
+    ):
+        scenario = loaded(folder, block)
+        axes = scenario.sweep or scenario.design.over.axes
+        assert any(text in axis.description for axis in axes)
+
+
 def test_key_that_excludes_one_of_the_fit_is_named(fitted):
     _, folder = fitted
     scene = SCENE.replace("stiffness: 7500", "natural_frequency: 1.6")

@@ -75,7 +75,7 @@ from drysim.scenario.values import (
     read_whole_number,
 )
 from drysim.system import relative_path
-from drysim.wording import format_quantity_range, join_words
+from drysim.wording import format_count, format_quantity_range, join_words
 from drysim.yaml_document import UNREAD_KEYS, KeyPath
 
 
@@ -301,13 +301,16 @@ def _read_fit(
     keys: KnownKeys,
     path: KeyPath,
     block: Mapping[str, Any],
-    elsewhere: Collection[str],
+    given: Collection[str],
+    designed: Collection[str] = (),
     default: int = MAX_AXIS_VALUES,
 ) -> Iterator[Axis]:
     """Yield the axes of the draws of a fit, without the keys that are varied elsewhere.
 
-    `default` is their number if the block states none; default: all of them.
+    Those are `given` beside the draws, whose label says so, or `designed`. `default` is the
+    number of draws if the block states none; default: all of them.
     """
+    elsewhere = (*given, *designed)
     location = (*path, FROM_FIT_KEY)
     with reading.reporting(location):
         draws = read_draws(Path(reading.document.file).parent, block[FROM_FIT_KEY])
@@ -321,10 +324,13 @@ def _read_fit(
                 raise ValueError(f"names a fit of {key}: {fault}")
         if not drawn:
             raise ValueError("names a fit whose keys are all varied elsewhere; remove it")
+        replaced = [key for key in draws.columns if key in given]
+        note = f", {join_words(replaced)} as given, not as drawn" if replaced else ""
         with reading.reporting((*path, "count")):
             count = chosen_count(block.get("count"), draws, default)
             for key in drawn:
-                label = f" ({count} draws of {draws.label})" if key == drawn[-1] else ""
+                label = f" ({format_count(count, 'draw')} of {draws.label}{note})"
+                label = label if key == drawn[-1] else ""
                 yield _drawn_axis(keys[key], key, draws, count, location, label)
 
 
@@ -528,8 +534,7 @@ def _read_conditions(
     axes = [_read_axis(reading, keys, (*path, key), varied) for key in varied]
     stated = [replace(axis, location=(*path, axis.key)) for axis in axes if axis]
     if FROM_FIT_KEY in block:
-        elsewhere = [*varied, *designed]
-        stated += _read_fit(reading, keys, path, block, elsewhere, DRAWS_OF_DESIGN)
+        stated += _read_fit(reading, keys, path, block, varied, designed, DRAWS_OF_DESIGN)
     elif "count" in block:
         reading.report_value(f"requires {FROM_FIT_KEY}", (*path, "count"), at_key=True)
     return Conditions(tuple(stated), take)

@@ -390,7 +390,8 @@ def median_and_ends(values: NDArray[np.float64]) -> tuple[float, float, float]:
 
 def share_of_draws(count: int) -> str:
     """Return how many draws the interval of `median_and_ends` holds."""
-    return "95 %" if 0.025 * count > 0.5 else f"all {count} draws"
+    every = f"all {count} draws" if count > 1 else "1 draw"
+    return "95 %" if 0.025 * count > 0.5 else every
 
 
 class Statistic(NamedTuple):
