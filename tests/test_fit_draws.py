@@ -90,6 +90,13 @@ def test_draws_have_the_robust_covariance(linear):
     )
 
 
+def test_static_limit_at_a_jump_says_nothing_of_the_other_values(linear):
+    covariance = np.diag([1e-4, 4e-4, 1e-20])
+    covariance[:2, 2] = covariance[2, :2] = 1e-12  # rounding
+    given = fit_draws.Likelihood(linear.solution, (0, 1), (0.0, 0.0))
+    assert given.at_given_others(covariance) == pytest.approx(covariance[:2, :2])
+
+
 def test_draws_keep_the_bounds_that_the_likelihood_is_cut_by(linear):
     value, deviation = linear.values[1], linear.first.scale[1] * linear.solution.deviation(1)
     low, high = value - 0.5 * deviation, value + deviation

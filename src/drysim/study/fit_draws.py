@@ -44,7 +44,7 @@ from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.scenario.sampling import Design, sobol_points
 from drysim.study.case import Case
 from drysim.study.fit_law import EXACT, USELESS, LawFit, Steps
-from drysim.study.fit_least_squares import Solution, covariance_of
+from drysim.study.fit_least_squares import SMALLEST_STEP, Solution, covariance_of
 from drysim.study.fit_model import is_valid_scene
 from drysim.study.fit_profiles import ParameterProfile
 from drysim.study.run import try_measure
@@ -328,9 +328,12 @@ class Likelihood:
     """Standard deviations of parameters far from a normal distribution; 0 for the others."""
 
     def at_given_others(self, covariance: Floats) -> Floats:
-        """Return a covariance of the parameters while the others are as fitted."""
-        of = list(self.regular)
-        given = [j for j in range(len(covariance)) if j not in of and covariance[j, j] > 0.0]
+        """Return a covariance of the parameters while the others are as fitted.
+
+        A deviation as small as rounding is that of a jump, and its correlations are rounding.
+        """
+        of, others = list(self.regular), range(len(covariance))
+        given = [j for j in others if j not in of and covariance[j, j] > SMALLEST_STEP**2]
         across = covariance[np.ix_(of, given)]
         less = across @ np.linalg.pinv(covariance[np.ix_(given, given)]) @ across.T
         rest: Floats = covariance[np.ix_(of, of)] - less
