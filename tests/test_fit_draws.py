@@ -281,9 +281,12 @@ def test_sweep_of_draws_alone_shows_what_they_leave_open(fitted, capsys):
     assert low < T_a.min() < T_a.max() < high < 1.2 * T_a.max() - 0.2 * T_a.min()
     (stroke,) = table.plot("stroke").axes
     assert stroke.get_ylim() == (0.0, 100.0)
-    few = drysim.sweep(loaded(folder, block % 3), workers=1)
-    show(few)
-    assert "all 3 draws: " in capsys.readouterr().out
+    for count, text in ((3, "all 3 draws"), (1, "1 draw")):
+        few = drysim.sweep(loaded(folder, block % count), workers=1)
+        show(few)
+        assert f" {text}: " in capsys.readouterr().out
+        (span, *_) = few.plot("transmissibility").axes[1].patches
+        assert span.get_label() == text
 
 
 def test_draws_go_with_other_keys_and_leave_swept_ones_alone(fitted):

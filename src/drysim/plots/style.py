@@ -594,7 +594,7 @@ def _describe_group(axes: Sequence[Axis]) -> str:
         return " with ".join(map(describe_axis, axes))
     keys = [axis.key for axis in axes]
     names = ", ".join(short_key(key, keys) for key in keys)
-    return f"{len(last.values)} draws of {names} by a fit"
+    return f"{wording.format_count(len(last.values), 'draw')} of {names} by a fit"
 
 
 def comparison_heading(comparison: Comparison, left_out: int = 0) -> Heading:

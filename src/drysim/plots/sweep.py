@@ -999,7 +999,7 @@ def draw_distributions(
         value, interval = format_with_interval(metric.name, median, low, high)
         share = share_of_draws(len(drawn))
         results.append(f"{label_of(metric.name)} {value} ({share}: {interval})")
-        label = share if share.startswith("all") else f"{share} of the draws"
+        label = f"{share} of the draws" if share.endswith("%") else share
         axes.axvspan(metric.scale * low, metric.scale * high, **DRAWS_STYLE, label=label)
         axes.axvline(metric.scale * median, **MEDIAN_STYLE)
         draw_cumulative(axes, metric.scale * drawn, DRAWS_LEVELS)
