@@ -189,9 +189,14 @@ def format_quantity(
 
 
 def format_quantity_range(
-    low: float | None, high: float | None, unit: str, digits: int = SIGNIFICANT_DIGITS
+    low: float | str | None,
+    high: float | str | None,
+    unit: str,
+    digits: int = SIGNIFICANT_DIGITS,
 ) -> str:
     """Return a range of values of a key in SI as `format_range`, lengths as `length_unit`."""
+    if isinstance(low, str) or isinstance(high, str):
+        return format_range(low, high)
     size = max((abs(end) for end in (low, high) if end is not None), default=0.0)
     factor, symbol = display_unit(format_unit(unit), size)
     first, last = (None if end is None else factor * end for end in (low, high))
