@@ -125,6 +125,25 @@ def test_motion_that_begins_with_nothing_but_a_jerk_agrees_with_fifty_digits(sam
         assert distance(solve(scene), scene.trajectory(), scene.end) <= AGREES
 
 
+def test_motion_whose_velocity_underflows_at_first_turns_only_once():
+    """Where ü changes its sign within 1e-100 s, it moves as if it had started there."""
+    rng = random.Random(11)
+    for _ in range(200):
+        t = 10 ** rng.uniform(-305, -100)
+        m, omega, A = (10 ** rng.uniform(*ends) for ends in ((-3, 3), (-1, 2), (-2, 2)))
+        F = m * A * omega * t * 10 ** rng.uniform(-12, 0.5)
+        b, k_x = (rng.choice((0.0, 1.0)) * m * omega**power for power in (1, 2))
+        motion = ((A, omega / math.tau, -omega * t),)
+        scene = Scene(m, k_x, b, F, 1.8 * F, sines=motion, duration=1.0 / omega)
+        from_zero = scene._replace(sines=((*motion[0][:2], 0.0),))
+        assert distance(solve(from_zero), from_zero.trajectory(), scene.end) <= AGREES
+        trajectory = scene.trajectory()
+        assert trajectory.state(scene.end) == pytest.approx(
+            from_zero.trajectory().state(scene.end), rel=AGREES
+        )
+        assert len(trajectory.events) <= 3
+
+
 def test_drawn_scene_agrees_with_fifty_digits():
     agree_on_drawn_scenes(FAST, derandomize=True)
 

@@ -287,8 +287,9 @@ def safe_step(y, rate, curvature, bound, growth, max_step):
 
 @inlined
 def lower_envelope(y, rate, curvature, third, twelfth, h):
-    """Return the envelope P of `safe_step` at h."""
-    return y + h * (rate + 0.5 * h * (curvature - h * (third + twelfth * h)))
+    """Return the envelope P of `safe_step` at h, or P/h where y is zero: P may underflow."""
+    slope = rate + 0.5 * h * (curvature - h * (third + twelfth * h))
+    return y + h * slope if y > 0.0 else slope
 
 
 SQUARE_UNDERFLOW = 1e-140
@@ -302,7 +303,7 @@ def parabola_root(y, rate, curvature):
     if square < 0.0:
         return NEVER
     root = math.sqrt(square)
-    if root < SQUARE_UNDERFLOW and y > 0.0 and curvature > 0.0:
+    if root < SQUARE_UNDERFLOW and curvature > 0.0:
         root = math.hypot(rate, math.sqrt(2.0 * curvature) * math.sqrt(y))
     if rate > 0.0:
         return (rate + root) / curvature if curvature > 0.0 else NEVER
@@ -483,7 +484,8 @@ def first_root(segment, waves, law, observable, zeros, h):
         before = derivatives
         now = motion_at(equation, waves, x_r, v_r, s)
         derivatives = observable_derivatives(law, waves, observable, s, now)
-        if derivatives.value <= 0.0:
+        # A zero at which it rises has underflowed: the step was safe.
+        if derivatives.value < 0.0 or derivatives.value == 0.0 >= derivatives.rate:
             return s, now.x_r, now.v_r, low
         if before.rate < 0.0 <= derivatives.rate:
             low = min(low, minimum_between(before, derivatives))
