@@ -21,6 +21,7 @@ import drysim
 from drysim.parallel import WorkerPool
 from drysim.results.fit import describe_interval, summarise
 from drysim.scenario.load import load
+from drysim.study.fit import count_steps
 from drysim.study.fit_law import LawFit, Parameter, Steps, profiles_of, refit_from_profiles
 from drysim.study.fit_least_squares import Differentiable, LeastSquares, final_fit, sizes
 from drysim.study.fit_model import build_model, fitted_end
@@ -938,13 +939,21 @@ def test_fitted_scenario_keeps_sweep_checks_and_design(drysim, short, tmp_path):
 
 def test_number_of_workers_changes_no_byte(drysim, short, tmp_path):
     copy_twin(short, tmp_path)
+    base_with_noise(tmp_path, 0.02)
     results = [fitted_files(drysim, tmp_path, "--workers", workers) for workers in (1, 3)]
     assert results[0] == results[1]
+
+
+def test_progress_counts_every_step(short):
+    scenario, counts = drysim.load(short[1] / "twin.yaml"), list[int]()
+    drysim.fit(scenario, workers=1, finished=counts.append)
+    assert sum(counts) == count_steps(scenario)
 
 
 @pytest.mark.parametrize("kept", [1, 9, 15])
 def test_interrupted_fit_resumes_to_the_same_result(drysim, short, tmp_path, monkeypatch, kept):
     copy_twin(short, tmp_path)
+    base_with_noise(tmp_path, 0.02)
     whole, write = fitted_files(drysim, tmp_path), Store.write_value
 
     def write_some(store, number, value):

@@ -355,7 +355,8 @@ def solve(
             scores = score_laws(names, fits)
             best = names.index(scores[0].law) if scores else 0
             counted = finished if left == MAX_RESTARTS else ignore_progress
-            fits[best] = under_base_noise(fits[best])
+            fits[best] = under_base_noise(fits[best], steps)
+            counted(1)
             profiles = profiles_of(fits[best], steps, counted)
             better = refit_from_profiles(fits[best], profiles) if left else None
             if better is None:
@@ -420,11 +421,11 @@ def require_fit(scenario: Scenario) -> None:
 def count_steps(scenario: Scenario) -> int:
     """Return the number of steps that show the progress of a fit.
 
-    They are the starts, which it follows for each law, the profiles of the parameters, and the
-    draws.
+    They are the starts, which it follows for each law, the noise of the base, the profiles of
+    the parameters, and the draws.
     """
     block = fit_of(scenario)
-    return MAX_STARTS * max(1, len(block.laws)) + len(block.free) + 1
+    return MAX_STARTS * max(1, len(block.laws)) + len(block.free) + 2
 
 
 def check_motion(model: FitModel) -> None:

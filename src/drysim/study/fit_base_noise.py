@@ -29,11 +29,14 @@ Method
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drysim.core.model import Floats, Samples
+from drysim.parallel import WorkerPool
 from drysim.study.fit_least_squares import NOISELESS, OUTLIER, Solution
 from drysim.study.starting_values import noise_level
 from drysim.study.statistics import NORMAL_95
@@ -47,7 +50,7 @@ CONTRADICTED = 3.0
 base record."""
 
 SEED = 2011
-"""Seed of the draws."""
+"""Seed of the noises, with the number of the draw."""
 
 SCORINGS = 30
 """Number of steps of Fisher scoring."""
@@ -77,7 +80,7 @@ class BaseNoise(NamedTuple):
 
 
 class Changes(NamedTuple):
-    """What drawn noises of the base record change."""
+    """What drawn noises of the base record change, as the mean over draws."""
 
     spectra: Floats
     """Mean periodogram of the residuals' changes in each channel, shape (channels, bins)."""
@@ -85,10 +88,11 @@ class Changes(NamedTuple):
     """Second moments of the scaled parameters, shape (p, p)."""
 
 
-def with_base_noise(solution: Solution) -> tuple[Solution, BaseNoise | None]:
+def with_base_noise(solution: Solution, pool: WorkerPool) -> tuple[Solution, BaseNoise | None]:
     """Return the solution with its covariance under noise of the base record, and this noise.
 
-    There is none if the base is not a record, as that of a rig or of a formula.
+    There is none if the base is not a record, as that of a rig or of a formula. The pool
+    solves the motions with drawn noise.
     """
     model = solution.squares.model
     motion = model.motion
@@ -102,7 +106,7 @@ def with_base_noise(solution: Solution) -> tuple[Solution, BaseNoise | None]:
         level = noise_level(u_dd)
         if level <= NOISELESS * float(np.abs(u_dd).max()):  # the curvature of the motion
             return solution, BaseNoise(0.0, False, white_spectra(solution))
-        seen = changes_under(solution, level, PILOT_DRAWS)
+        seen = changes_under(solution, level, PILOT_DRAWS, pool)
         shares, spread = noise_shares(solution, seen.spectra)
         if shares[-1] + CONTRADICTED * np.sqrt(spread[-1, -1]) > 1.0:
             given = 1.0
@@ -111,7 +115,7 @@ def with_base_noise(solution: Solution) -> tuple[Solution, BaseNoise | None]:
     white = white_spectra(solution)
     if level == 0.0:
         return solution, BaseNoise(0.0, stated is not None, white)
-    changes = changes_under(solution, level, DRAWS)
+    changes = changes_under(solution, level, DRAWS, pool)
     shares, spread = noise_shares(solution, changes.spectra, given)
     robust = sandwich(solution, changes, shares, spread)
     noise = BaseNoise(
@@ -145,32 +149,63 @@ def sandwich(solution: Solution, changes: Changes, shares: Floats, spread: Float
     return robust * np.outer(wider, wider)
 
 
-def changes_under(solution: Solution, level: float, draws: int) -> Changes:
-    """Return what white noise of the base record changes, as the mean over draws."""
-    squares, random = solution.squares, np.random.default_rng(SEED)
-    model, motion = squares.model, squares.model.motion
-    assert isinstance(motion, Samples), "the base is recorded"
-    fitted, mask = squares.solve(solution.x), solution.mask
+def changes_under(solution: Solution, level: float, draws: int, pool: WorkerPool) -> Changes:
+    """Return what white noise of the base record changes."""
+    model = solution.squares.model
+    fitted = solution.squares.solve(solution.x)
     assert fitted is not None, "the solution was solved before"
-    residuals = squares.residuals(fitted, mask)
-    basis = tangent_basis(solution)
-    to_parameters = solution.covariance @ solution.jacobian.T
-    spectra, moments = [], []
+    change = partial(
+        change_under,
+        solution,
+        level,
+        fitted.modes,
+        solution.squares.residuals(fitted, solution.mask),
+        tangent_basis(solution),
+    )
+    shared = model.motion, model.measurement
+    solved = [each for each in pool.map_in_order(change, range(draws), shared) if each]
+    return Changes(*(np.mean(parts, axis=0) for parts in zip(*solved, strict=True)))
+
+
+def change_under(
+    solution: Solution,
+    level: float,
+    modes: NDArray[np.int8],
+    residuals: Floats,
+    basis: Floats,
+    number: int,
+) -> Changes | None:
+    """Return what one drawn noise changes; None if its motion cannot be solved.
+
+    Parameters
+    ----------
+    solution : Solution
+    level : float
+        Standard deviation of the noise [m/s²].
+    modes, residuals : ndarray
+        Those of the solution.
+    basis : ndarray
+        Its `tangent_basis`.
+    number : int
+        Of the draw.
+    """
+    squares, mask = solution.squares, solution.mask
+    motion = squares.model.motion
+    assert isinstance(motion, Samples), "the base is recorded"
     u_dd = np.asarray(motion.u_dd[:])
-    for _ in range(draws):
-        noisy = motion._replace(u_dd=u_dd + level * random.normal(size=len(u_dd)), u=None)
-        solved = replace(squares, model=replace(model, motion=noisy)).solve(solution.x)
-        if solved is None:
-            continue
-        change = squares.residuals(solved, mask) - residuals
-        # A measured sample at which an event passes is an outlier, and not selected.
-        same = (solved.modes == fitted.modes)[mask]
-        same = np.tile(same, len(change) // len(same))
-        change[~same | (np.abs(change) > OUTLIER)] = 0.0
-        step = to_parameters @ change
-        moments.append(np.outer(step, step))
-        spectra.append(periodograms(solution, change - basis @ (basis.T @ change)))
-    return Changes(np.mean(spectra, axis=0), np.mean(moments, axis=0))
+    noise = level * np.random.default_rng((SEED, number)).normal(size=len(u_dd))
+    noisy = motion._replace(u_dd=u_dd + noise, u=None)
+    solved = replace(squares, model=replace(squares.model, motion=noisy)).solve(solution.x)
+    if solved is None:
+        return None
+    change = squares.residuals(solved, mask) - residuals
+    # A measured sample at which an event passes is an outlier, and not selected.
+    same = (solved.modes == modes)[mask]
+    same = np.tile(same, len(change) // len(same))
+    change[~same | (np.abs(change) > OUTLIER)] = 0.0
+    step = solution.covariance @ (solution.jacobian.T @ change)
+    beside = change - basis @ (basis.T @ change)
+    return Changes(periodograms(solution, beside), np.outer(step, step))
 
 
 def tangent_basis(solution: Solution) -> Floats:

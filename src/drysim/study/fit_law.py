@@ -391,14 +391,18 @@ def fit_law(
     return LawFit(model, first, tuple(x for _, x in followed), solution)
 
 
-def under_base_noise(law_fit: LawFit) -> LawFit:
-    """Return the fit with what the noise of its base adds to the uncertainty."""
+def under_base_noise(law_fit: LawFit, steps: Steps) -> LawFit:
+    """Return the fit with what the noise of its base adds to the uncertainty.
+
+    No step is kept: the motions with drawn noise are a few percent of those of a fit.
+    """
     if law_fit.error > USELESS or law_fit.error < EXACT:
         return law_fit
-    solution, noise = with_base_noise(law_fit.solution)
+    solution, noise = with_base_noise(law_fit.solution, steps.pool)
     ratios = np.array([solution.inflation(j) for j in range(len(solution.x))])
     if ratios.max() > WIDER:  # profiles must stay where the mode of the samples does not change
-        solution, noise = with_base_noise(final_fit(solution.squares, solution.x, ratios))
+        refitted = final_fit(solution.squares, solution.x, ratios)
+        solution, noise = with_base_noise(refitted, steps.pool)
     return replace(law_fit, solution=solution, base_noise=noise)
 
 
