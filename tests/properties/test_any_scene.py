@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import math
+import random
 
 import pytest
 from drawn import Scene, scenes
@@ -51,3 +53,24 @@ def test_energy_closes_beside_a_damper_or_spring_near_underflow(b, k_x):
     base = {"sines": (), "u_dd": (0.0, 0.0), "dt": 5.0, "variation": (0.0, 0.0, 0.0)}
     for F in (0.0, 0.3):
         energy_closes(Scene(1.0, k_x, b, F, F, 0.0, 1.0, **base))
+
+
+def test_motion_under_tiny_forces_and_sines_that_cancel_is_finite_with_few_events():
+    """Sizes down to the end of double precision, phases as close to a zero of their sine."""
+    rng = random.Random(3)
+
+    def size() -> float:
+        return rng.choice((1.0, 10 ** -rng.uniform(0, 300)))
+
+    for _ in range(300):
+        omega, A = 10 ** rng.uniform(-1, 2), size()
+        F = A * size()
+        k_x, b = (rng.choice((0.0, 1.0)) * omega**power for power in (2, 1))
+        phases = [rng.choice((0.0, 1.0, -1.0, math.pi)) * size() for _ in range(2)]
+        phases[1] = rng.choice((phases[1], -phases[0]))
+        sines = tuple((A, omega * rng.uniform(0.01, 1), phase) for phase in phases)
+        scene = Scene(1.0, k_x, b, F, F * rng.choice((1.0, 1.8, 1e6)), sines=sines)
+        scene = scene._replace(duration=20.0 / omega)
+        trajectory = scene.trajectory()
+        assert all(map(math.isfinite, trajectory.state(scene.end)))
+        assert len(trajectory.events) < 200

@@ -303,7 +303,7 @@ def parabola_root(y, rate, curvature):
     if square < 0.0:
         return NEVER
     root = math.sqrt(square)
-    if root < SQUARE_UNDERFLOW and curvature > 0.0:
+    if root < SQUARE_UNDERFLOW and y >= 0.0 and curvature > 0.0:
         root = math.hypot(rate, math.sqrt(2.0 * curvature) * math.sqrt(y))
     if rate > 0.0:
         return (rate + root) / curvature if curvature > 0.0 else NEVER
@@ -697,6 +697,8 @@ def stick_exit_time(stuck, waves, side, begin, h):
         curvature += force * omega**2
         third += force * omega**3
         max_omega = max(max_omega, omega)
+    # Waves that cancel at the start do not tell times apart that are closer to it.
+    radian = 1.0 / max_omega if max_omega > 0.0 else 0.0
     s, low, near, last, rate = begin, NEVER, begin, begin, 0.0
     while True:
         G, G_d, G_dd = break_away_margin(stuck, waves, side, s)
@@ -714,7 +716,7 @@ def stick_exit_time(stuck, waves, side, begin, h):
         if s + step > h:
             margin = margin_until(stuck, waves, side, (s, G, G_d, curvature), h)
             return NEVER, min(low, margin), h if margin < low else near
-        if step <= RESOLUTION * s:
+        if step <= RESOLUTION * max(s, radian):
             # A zero of the margin. If it grazes, test its minimum, and step away from it.
             if G_d == 0.0 and G_dd == 0.0 and max_omega > 0.0:
                 step = QUIET_RADIANS / max_omega
