@@ -29,7 +29,6 @@ from drysim.core.model import CoulombLaw
 from drysim.errors import OutputError, Problem, RecordError, ScenarioError, WarningMessage
 from drysim.metrics.checks import Check
 from drysim.results import sweep as sweep_kind
-from drysim.scenario.axes import Axis
 from drysim.scenario.load import load
 from drysim.study import table as tally_table
 from drysim.study.statistics import FAILED, NOT_SETTLED
@@ -79,24 +78,21 @@ def colour(monkeypatch):
     monkeypatch.delenv("NO_COLOR", raising=False)
 
 
-def assert_plain(capsys):
-    """Check that stdout fits 80 columns and has no control sequences, and stderr is empty."""
-    out, err = capsys.readouterr()
-    assert max(map(len, out.splitlines())) <= 80
-    assert {sign for sign in out if not sign.isprintable()} == {"\n"}
-    assert err == ""
-
-
 # summary
 
 
-def test_summary_fits_80_columns_and_is_plain_when_piped(capsys):
+def test_summaries_fit_80_columns_and_are_plain_when_piped(capsys):
     made = outcome(
         CoulombLaw(15.0, 15.0), record(2_000), None, limit=0.001,
         checks=["x_r_peak < 25 mm", "T_a < 0.1", "T_x < 1"],
     )  # fmt: skip
-    show(made, Path("out/seat"))
-    assert_plain(capsys)
+    table = judged(spoil(small(limit=0.015), FAILED, 1, note="a " * 60), "T_a < 1 at x.y >= 8")
+    for result in (made, table):
+        show(result, Path("out/seat"))
+        out, err = capsys.readouterr()
+        assert max(map(len, out.splitlines())) <= 80
+        assert {sign for sign in out if not sign.isprintable()} == {"\n"}
+        assert err == ""
 
 
 def test_summary_says_what_matters_in_words_and_millimetres(told):
@@ -182,16 +178,27 @@ def test_steady_orbit_shows_how_well_it_closes(capsys):
 
 def test_warnings_go_to_stderr_one_a_line_when_piped(capsys):
     long = "the stroke limit is met " + "again and " * 20 + "again"
-    show(outcome(warnings=[long]))
-    out, err = capsys.readouterr()
-    assert "again" not in out
-    assert err == f"warning: {long}\n"
+    table = replace(small(), warnings=(WarningMessage("slug", long),))
+    for result in (outcome(warnings=[long]), table):
+        show(result)
+        out, err = capsys.readouterr()
+        assert "again" not in out
+        assert err == f"warning: {long}\n"
 
 
 def test_no_user_text_drives_the_terminal_nor_the_markup(capsys, colour):
     evil = "[bold red]\x1b[2J\x1b]0;owned\x07\x9b31m\u202e:smile:\r\n[/]"
-    made = outcome(name=evil, about=evil, warnings=[evil])
-    show(made, Path(f"out/{evil}"))
+    scene = stand_in("harmonic", name=evil, about=evil, sweep=small().axes, reference=None)
+    table = spoil(replace(small(), scenario=scene), FAILED, 1, note=evil)
+    compared = orbits(["signum", "stick-slip"])
+    for result in (
+        outcome(name=evil, about=evil, warnings=[evil]),
+        table,
+        replace(table, complete=False),
+        replace(compared, table=replace(compared.table, scenario=scene)),
+        replace(compared, verdict=(evil,)),
+    ):
+        show(result, Path(f"out/{evil}"))
     problem = Problem(evil, evil, 1, 3, 4, evil)
     problems.show_error(ScenarioError(evil, (problem,), evil))
     problems.show_problems({evil: (problem,)})
@@ -201,7 +208,6 @@ def test_no_user_text_drives_the_terminal_nor_the_markup(capsys, colour):
     assert ":smile:" in shown
     left = re.sub(r"\x1b\[[0-9;]*m", "", shown)
     assert {sign for sign in left if not sign.isprintable()} == {"\n"}
-    assert "\x1b[2J" not in shown
 
 
 def test_colour_is_there_when_forced_and_gone_when_refused(capsys, colour, monkeypatch):
@@ -229,59 +235,48 @@ def test_problems_are_shown_as_the_contract_has_them(capsys):
     assert capsys.readouterr() == (SHOWN, "")
 
 
-def test_fault_shows_its_problems_on_stderr(capsys):
-    sentence = "seat.yaml: 2 errors"
-    problems.show_error(ScenarioError(sentence, (TYPO, NEGATIVE), "mend it"))
-    assert capsys.readouterr() == ("", SHOWN + "\nmend it\n")
-
-
-def test_fault_of_a_record_is_said_once_at_its_place(capsys):
-    problem = Problem("`abc` is not a number", "road.csv", 12, 3, 3, "1\tabc")
-    problems.show_error(RecordError(problem))
-    assert capsys.readouterr().err == (
-        "error: road.csv: 1 error\n\nroad.csv:12:3: `abc` is not a number\n"
-        "  12 │ 1 abc\n     │   ^^^\n"
-    )
-
-
-def test_fault_without_a_place_is_a_sentence_and_a_hint(capsys):
-    problems.show_error(OutputError("out is a file, not a folder", "move it away"))
-    assert capsys.readouterr().err == "error: out is a file, not a folder\n\nmove it away\n"
+@pytest.mark.parametrize(
+    ("fault", "shown"),
+    [
+        (ScenarioError("seat.yaml: 2 errors", (TYPO, NEGATIVE), "mend it"),
+         f"{SHOWN}\nmend it\n"),
+        (RecordError(Problem("`abc` is not a number", "road.csv", 12, 3, 3, "1\tabc")),
+         "error: road.csv: 1 error\n\nroad.csv:12:3: `abc` is not a number\n"
+         "  12 │ 1 abc\n     │   ^^^\n"),
+        (OutputError("out is a file, not a folder", "move it away"),
+         "error: out is a file, not a folder\n\nmove it away\n"),
+    ],
+)  # fmt: skip
+def test_fault_is_shown_once_on_stderr_at_its_place_if_any(capsys, fault, shown):
+    problems.show_error(fault)
+    assert capsys.readouterr() == ("", shown)
 
 
 def test_every_file_gets_its_verdict(capsys):
-    problems.show_problems({"seat.yaml": (TYPO,), "ok.yaml": (), "still.yaml": (STANDSTILL,)})
+    files = {"seat.yaml": (TYPO,), "ok.yaml": (), "still.yaml": (STANDSTILL,)}
+    problems.show_problems(files)
     out = capsys.readouterr().out
     assert "error: seat.yaml: 1 error\n" in out
     assert "ok: ok.yaml\n" in out
     assert "ok: still.yaml: 1 warning\n" in out
     assert "still.yaml: warning: the mass will not move\n" in out
+    problems.show_problems(files, strict=True)
+    assert "fails: still.yaml: 1 warning under --strict\n" in capsys.readouterr().out
 
 
-def test_warnings_are_not_ok_where_they_count_as_errors(capsys):
-    problems.show_problems({"ok.yaml": (), "still.yaml": (STANDSTILL,)}, strict=True)
-    out = capsys.readouterr().out
-    assert "ok: ok.yaml\n" in out
-    assert "fails: still.yaml: 1 warning under --strict\n" in out
-
-
-def test_caret_stands_below_the_fault_also_behind_wide_and_odd_signs(capsys):
-    source = "日本\t\x1b: stifness"
-    problem = replace(TYPO, source=source, column=source.index("stif") + 1)
+@pytest.mark.parametrize(
+    ("before", "after", "wide"),
+    [("日本\t\x1b: ", "", 2), ("x: 1, " * 10_000, ": 7500" + ", y: 2" * 10_000, 0)],
+)
+def test_caret_stands_below_the_fault_behind_wide_signs_and_in_an_endless_line(
+    capsys, before, after, wide
+):
+    problem = replace(TYPO, source=f"{before}stifness{after}", column=len(before) + 1)
     problems.show_problems({"seat.yaml": (problem,)})
     above, below = capsys.readouterr().out.splitlines()[-2:]
-    # Each of the two signs before is two cells wide.
-    assert below.index("^") == above.index("stifness") + 2
+    assert below.index("^") == above.index("stifness") + wide
     assert below.count("^") == len("stifness")
-
-
-def test_endless_source_line_is_cut_around_the_fault(capsys):
-    source = "x: 1, " * 10_000 + "stifness: 7500" + ", y: 2" * 10_000
-    problem = replace(TYPO, source=source, column=source.index("stif") + 1)
-    problems.show_problems({"seat.yaml": (problem,)})
-    above, below = capsys.readouterr().out.splitlines()[-2:]
     assert len(above) < 120
-    assert above.index("stifness") == below.index("^")
 
 
 def test_problems_as_json_are_one_object(capsys):
@@ -357,12 +352,6 @@ RMS = [0.4, 0.5, 0.6, 0.7, 0.8, 1.0]
 # sweeps
 
 
-def test_sweep_fits_80_columns_and_is_plain_when_piped(capsys):
-    table = judged(spoil(small(limit=0.015), FAILED, 1, note="a " * 60), "T_a < 1 at x.y >= 8")
-    show(table, Path("out/seat"))
-    assert_plain(capsys)
-
-
 def test_extremes_that_differ_by_rounding_are_the_same(scenario, told):
     """Wherever a steady orbit begins, its metrics are the same but for rounding."""
     phases = {"sweep": {"excitation.phase": [0, 0.5, 1, 2, 3]}, "measure": {"steady": True}}
@@ -401,26 +390,6 @@ def test_sweep_says_what_was_swept_and_where_the_extremes_are(told):
         assert said in out
     assert "not settled" not in out
     assert "exceeded" not in out
-
-
-def test_what_is_swept_is_not_said_to_be_fixed(capsys):
-    show(sweep(*axes(force=[0, 15]), reference=None))
-    out = capsys.readouterr().out
-    assert "  friction    F_fs = F_fk (not given)\n" in out
-    assert "  swept       friction.kinetic 0, 15 N\n" in out
-    assert "isolation" not in out
-
-
-def test_static_limit_that_is_swept_is_not_said_to_be_missing(capsys):
-    table = small(reference=None)
-    ratio = Axis("friction.static_ratio", "-", (1.0, 1.2))
-    rows = [
-        replace(row, point={**row.point, ratio.key: value}, F_fs=15.0 * value)
-        for value in ratio.values
-        for row in table.rows
-    ]
-    show(replace(table, axes=(*table.axes, ratio), rows=tuple(rows)))
-    assert "  friction    F_fk 15 N\n" in capsys.readouterr().out
 
 
 def test_base_motion_that_all_cases_share_is_told(capsys):
@@ -494,50 +463,35 @@ def test_isolation_of_too_many_cases_is_said_to_be_unknown(told, monkeypatch):
     assert "isolation not known not determined, as there are more than 5 cases" in out
 
 
-def test_isolation_is_not_told_where_each_case_has_a_frequency_of_its_own(capsys):
+def test_isolation_is_told_neither_of_a_sample_of_frequencies_nor_without_numbers(told):
     frequency, *rest = axes(frequency=[2, 4], rms=[0.5])
-    show(sweep(replace(frequency, group="sample"), *rest, reference=None))
-    assert "isolation" not in capsys.readouterr().out
-
-
-def test_isolation_is_not_told_where_no_case_has_numbers(capsys):
+    sample = sweep(replace(frequency, group="sample"), *rest, reference=None)
     table = small(reference=None)
-    show(spoil(table, NOT_SETTLED, *range(len(table))))
-    assert "isolation" not in capsys.readouterr().out
+    for result in (sample, spoil(table, NOT_SETTLED, *range(len(table)))):
+        assert "isolation" not in told(result)
 
 
-def test_interrupted_sweep_says_how_to_go_on(capsys):
+def test_interrupted_sweep_is_incomplete(capsys):
     table = small()
-    table = replace(table, rows=table.rows[:8], complete=False)
-    show(table, Path("out/seat"))
-    show_interrupted(len(table), "case", Path("out/seat"))
-    out, err = capsys.readouterr()
+    show(replace(table, rows=table.rows[:8], complete=False), Path("out/seat"))
+    out, _ = capsys.readouterr()
     assert "  state       incomplete: 8 of 12 cases\n" in out
     assert "written" not in out
-    assert err == (
-        "interrupted: 8 finished cases are kept in out/seat.partial; the same command with "
-        "--resume computes only the rest\n"
-    )
 
 
-def test_interrupt_after_the_last_case_says_that_only_writing_is_left(capsys):
-    show_interrupted(12, "case", Path("out/seat"), is_all=True)
-    assert capsys.readouterr().err == (
-        "interrupted after the last of 12 cases: kept in out/seat.partial; the same command "
-        "with --resume writes the result\n"
-    )
-
-
-def test_sweep_without_a_finished_case_has_nothing_to_go_on_from(capsys):
-    show_interrupted(0, "case", Path("out/seat"))
-    assert capsys.readouterr().err == "interrupted before any case was finished\n"
-
-
-def test_warnings_of_a_sweep_go_to_stderr(capsys):
-    show(replace(small(), warnings=(WarningMessage("slug", "careful"),)))
-    out, err = capsys.readouterr()
-    assert "careful" not in out
-    assert err == "warning: careful\n"
+@pytest.mark.parametrize(
+    ("count", "is_all", "said"),
+    [
+        (8, False, ": 8 finished cases are kept in out/seat.partial; the same command with "
+         "--resume computes only the rest"),
+        (12, True, " after the last of 12 cases: kept in out/seat.partial; the same command "
+         "with --resume writes the result"),
+        (0, False, " before any case was finished"),
+    ],
+)  # fmt: skip
+def test_interruption_says_how_to_go_on(capsys, count, is_all, said):
+    show_interrupted(count, "case", Path("out/seat"), is_all=is_all)
+    assert capsys.readouterr().err == f"interrupted{said}\n"
 
 
 # comparisons
@@ -609,20 +563,6 @@ def test_comparison_is_a_ruled_table_at_a_terminal_of_80_columns(capsys, colour)
     assert max(len(line.rstrip()) for line in out.splitlines()) <= 80
 
 
-def test_no_user_text_of_a_study_drives_the_terminal(capsys, colour):
-    evil = "[bold red]\x1b[2J\x1b]0;owned\x07\u202e:smile:\r\n[/]"
-    scene = stand_in("harmonic", name=evil, about=evil, sweep=small().axes, reference=None)
-    table = spoil(replace(small(), scenario=scene), FAILED, 1, note=evil)
-    show(table, Path(evil))
-    show(replace(table, complete=False), Path(evil))
-    made = orbits(["signum", "stick-slip"])
-    show(replace(made, table=replace(made.table, scenario=scene)))
-    show(replace(made, verdict=(evil,)), Path(evil))
-    shown = re.sub(r"\x1b\[[0-9;]*m", "", "".join(capsys.readouterr()))
-    assert "[bold red]" in shown
-    assert {sign for sign in shown if not sign.isprintable()} == {"\n"}
-
-
 # progress
 
 
@@ -641,22 +581,23 @@ def terminal(monkeypatch):
     return stream
 
 
-def test_progress_shows_nothing_when_piped(capsys, monkeypatch):
+def test_only_long_work_at_a_terminal_that_can_draw_shows_a_bar(capsys, monkeypatch):
+    def work(**words):
+        with console_terminal.progress(3, "cases", **words) as advance:
+            advance()
+            advance(2)
+
     monkeypatch.setenv("FORCE_COLOR", "1")
-    monkeypatch.setattr(console_terminal, "PROGRESS_DELAY", -1.0)
-    with console_terminal.progress(3, "cases") as advance:
-        advance()
-        advance(2)
+    with monkeypatch.context() as piped:
+        piped.setattr(console_terminal, "PROGRESS_DELAY", -1.0)
+        work()
     assert capsys.readouterr() == ("", "")
-
-
-def test_short_work_and_quiet_work_show_no_bar(monkeypatch):
     screen = terminal(monkeypatch)
-    with console_terminal.progress(3, "cases") as advance:
-        advance(2)
+    work()  # short
     monkeypatch.setattr(console_terminal, "PROGRESS_DELAY", -1.0)
-    with console_terminal.progress(3, "cases", quiet=True) as advance:
-        advance(2)
+    work(quiet=True)
+    monkeypatch.setenv("TERM", "dumb")
+    work()
     assert screen.getvalue() == ""
 
 
@@ -690,15 +631,6 @@ def test_blocks_are_shown_where_they_are_not_the_cases(
     clock[0] = seconds
     pace._done, pace._blocks_done = done, 1
     assert pace._describe_rate() == shown
-
-
-def test_terminal_that_cannot_draw_shows_no_bar(monkeypatch):
-    screen = terminal(monkeypatch)
-    monkeypatch.setenv("TERM", "dumb")
-    monkeypatch.setattr(console_terminal, "PROGRESS_DELAY", -1.0)
-    with console_terminal.progress(3, "cases") as advance:
-        advance()
-    assert screen.getvalue() == ""
 
 
 def test_compilation_is_said_at_a_terminal_only(capsys, monkeypatch):
@@ -752,6 +684,9 @@ def test_long_range_stays_apart_from_its_remark(capsys):
          {"oscillator.damping": None, "oscillator.damping_ratio": 0.3},
          ["oscillator k_x 7500 N/m, ξ 0.3"]),
         ({"friction.kinetic": [15, 45]}, {"friction.static_ratio": 1.2}, ["F_fs/F_fk 1.2"]),
+        ({"friction.kinetic": [0, 15]}, {},
+         ["friction F_fs = F_fk (not given) ", "swept friction.kinetic 0, 15 N "]),
+        ({"friction.static_ratio": [1, 1.2]}, {}, ["friction F_fk 15 N base "]),
     ],
 )  # fmt: skip
 def test_sweep_tells_what_all_its_cases_share(told, scenario, over, changes, said):
