@@ -186,12 +186,14 @@ def test_sidecar_names_no_folder_of_the_user():
 
 
 def test_sidecar_is_strict_json_whatever_the_numbers():
-    made = outcome()
+    made = outcome(motion=SINE)
     made.metrics.update(T_a=float("inf"), T_x=float("nan"), violations=np.int64(3))
     told = json.loads(output.json_text(run_fields(made, Provenance("", 3, {}))))
     assert told["metrics"]["T_a"] is told["metrics"]["T_x"] is None
     assert told["metrics"]["violations"] == 3
     assert told["complete"] is False
+    assert "sha256" not in told["excitation"]
+    assert told["inputs"] == []
 
 
 def test_two_runs_differ_in_created_alone():
@@ -212,16 +214,15 @@ def test_two_runs_differ_in_created_alone():
 
 
 def test_new_folder_replaces_what_drysim_wrote_and_nothing_is_left_beside():
+    output.check_writable(Path("deep/out"))
+    assert names(".") == []
     write("deep/out", plots=True)
     write("deep/out")
     assert names("deep") == ["out"]
     assert names("deep/out") == ["drysim.json", "events.csv", "response.csv", "scenario.yaml"]
-
-
-def test_empty_folder_is_filled():
-    Path("out").mkdir()
-    write("out")
-    assert "response.csv" in names("out")
+    Path("empty").mkdir()
+    write("empty")
+    assert names("empty") == names("deep/out")
 
 
 @pytest.mark.parametrize(
@@ -279,12 +280,6 @@ def test_folder_without_permission_is_refused():
     Path("locked").mkdir(mode=0o500)
     with pytest.raises(OutputError, match="permission denied"):
         output.check_writable(Path("locked/out"))
-
-
-def test_check_leaves_no_trace():
-    output.check_writable(Path("a/b/out"))
-    assert tree(Path()) == {}
-    assert names(".") == []
 
 
 @contextlib.contextmanager
@@ -356,12 +351,6 @@ def test_kill_at_any_instant_leaves_the_old_the_new_or_the_partial():
         assert Path("out/events.csv").read_text() == "old"
     assert len(seen) > 8
     assert set(seen) == {"old", "new", "partial"}
-
-
-def test_run_of_the_same_scene_is_written_with_sines_too():
-    told = write("out", outcome(motion=SINE))
-    assert "sha256" not in told["excitation"]
-    assert told["inputs"] == []
 
 
 # files of somebody else, and what happens to the folders meanwhile
@@ -519,22 +508,17 @@ def small(**words):
 # tables
 
 
-def test_transmissibility_has_the_columns_of_the_contract():
-    write("out", small())
-    data = Path("out/transmissibility.csv").read_bytes()
-    assert data.decode().split("\n", 1)[0] == HEADER
-    assert data.endswith(b"\n")
-    assert b",ok," in data.splitlines()[-1]
-    assert b"\r" not in data
-
-
 def test_every_case_reads_back_to_the_last_bit_in_the_order_of_the_grid():
     table = small()
     write("out", table)
+    data = Path("out/transmissibility.csv").read_bytes()
+    assert data.decode().split("\n", 1)[0] == HEADER
+    assert data.endswith(b"\n")
+    assert b"\r" not in data
     rows = rows_of("out/transmissibility.csv")
     assert len(rows) == len(table.rows) == 12
     for cells, row in zip(rows, table.rows, strict=True):
-        assert cells["approach"] == row.approach
+        assert (cells["approach"], cells["status"]) == (row.approach, "ok")
         assert float(cells["excitation.frequency [Hz]"]) == row.point[FREQUENCY]
         assert float(cells["excitation.rms [m/s2]"]) == row.point[RMS]
         assert (float(cells["F_fk [N]"]), float(cells["F_fs [N]"])) == (row.F_fk, row.F_fs)
@@ -572,9 +556,10 @@ def test_stroke_violations_name_the_cases_of_the_seat_and_not_of_its_reference()
     assert "stroke_violations.csv" not in names("out")
 
 
-def test_comparison_adds_the_deviation_from_the_reference():
-    made = comparison(["signum", "stick-slip"], *axes(force=[15, 45], rms=[0.33, 0.67]), n=800)
-    write("out", made)
+def test_comparison_adds_the_deviation_from_the_reference_and_tells_the_worst():
+    swept = axes(force=[15, 45], rms=[0.33, 0.67])
+    made = comparison(["signum", "stick-slip"], *swept, n=800, verdict=("off", "so"))
+    told = write("out", made)
     header = Path("out/comparison.csv").read_text().split("\n", 1)[0]
     assert header.endswith(",stable [-],T_a_deviation [-]")
     rows = rows_of("out/comparison.csv")
@@ -591,6 +576,14 @@ def test_comparison_adds_the_deviation_from_the_reference():
             deviation = float(row["T_a [-]"]) / own[at] - 1.0
             assert float(row["T_a_deviation [-]"]) == deviation
     assert "stroke_violations.csv" not in names("out")
+    assert told["verdict"] == ["off", "so"]
+    assert told["numerics"]["approaches"] == ["signum", "stick-slip", "viscous"]
+    assert told["numerics"]["yardstick"] == "stick-slip"
+    worst = told["metrics"]["signum"]["T_a_deviation"]
+    assert worst["value"] > 0.5
+    assert worst["where"] == {FORCE: 45.0, RMS: 0.33}
+    assert "T_a_deviation" not in told["metrics"]["stick-slip"]
+    assert told["inputs"][0]["file"] == "road.csv"
 
 
 def test_reference_without_friction_measures_every_case():
@@ -636,42 +629,35 @@ def test_cost_of_a_case_does_not_grow_with_their_number(tmp_path):
 # sidecar
 
 
-def test_sidecar_of_a_sweep_tells_extremes_with_where():
-    table = replace(small(), warnings=(WarningMessage("slug", "careful"),))
-    told = write("out", table)
+def test_sidecar_of_a_sweep_tells_extremes_and_checks_with_where():
+    table = small()
+    cases = [(row.point, row.metrics) for row in table.own]
+    table = replace(
+        table,
+        warnings=(WarningMessage("slug", "careful"),),
+        checks=(judgement(Check.parse("T_a < 1.2"), cases),),
+        motion=record(700),
+        numerics={"core": "orbit"},
+    )
+    told = write("out", table, exit_code=1)
     assert told == json.loads(Path("out/drysim.json").read_text())
     numerics, metrics = told["numerics"], told["metrics"]
     assert (numerics["approach"], numerics["reference"]) == ("stick-slip", "viscous")
     assert (numerics["cases"], numerics["statuses"]) == (12, {"ok": 12})
     assert numerics["swept"][0] == {"key": FREQUENCY, "unit": "Hz", "values": 3}
+    assert numerics["core"] == "orbit"
     assert 0 < numerics["closure"] < 1e-9
     best = max(table.own, key=lambda row: row.metrics["T_a"])
     assert metrics["T_a"]["greatest"] == {
         "value": best.metrics["T_a"], "where": dict(best.point)
     }  # fmt: skip
     assert set(metrics) <= {metric.name for metric in METRICS}
+    (check,) = told["checks"]
+    assert (check["passed"], check["where"]) == (False, {FREQUENCY: 1.0, RMS: 1.0})
     assert told["warnings"][0]["sentence"] == "careful"
-    assert sorted([*told["files"], "drysim.json"]) == names("out")
-    assert told["complete"] is True
-
-
-def test_sidecar_holds_what_all_cases_share():
-    motion = record(700)
-    told = write("out", replace(small(), motion=motion, numerics={"core": "orbit"}))
     assert told["inputs"][0]["file"] == "road.csv"
     assert len(told["excitation"]["sha256"]) == 64
-    assert told["numerics"]["core"] == "orbit"
-
-
-def test_sidecar_of_a_sweep_names_the_case_that_decided_a_check():
-    table = small()
-    verdict = judgement(
-        Check.parse("T_a < 1.2"), [(row.point, row.metrics) for row in table.own]
-    )
-    told = write("out", replace(table, checks=(verdict,)), exit_code=1)
-    (check,) = told["checks"]
-    assert check["passed"] is False
-    assert check["where"] == {FREQUENCY: 1.0, RMS: 1.0}
+    assert sorted([*told["files"], "drysim.json"]) == names("out")
     assert (told["exit_code"], told["complete"]) == (1, True)
 
 
@@ -680,24 +666,6 @@ def test_failed_case_marks_the_folder_as_incomplete():
     assert told["complete"] is False
     assert told["numerics"]["statuses"] == {"ok": 11, "failed": 1}
     assert "transmissibility.csv" in names("out")
-
-
-def test_sidecar_of_a_comparison_tells_the_verdict_and_the_worst_deviation():
-    made = comparison(
-        ["signum", "stick-slip"],
-        *axes(force=[15, 45], rms=[0.33]),
-        n=800,
-        verdict=("off", "so"),
-    )
-    told = write("out", made)
-    assert told["verdict"] == ["off", "so"]
-    assert told["numerics"]["approaches"] == ["signum", "stick-slip", "viscous"]
-    assert told["numerics"]["yardstick"] == "stick-slip"
-    worst = told["metrics"]["signum"]["T_a_deviation"]
-    assert worst["value"] > 0.5
-    assert worst["where"] == {FORCE: 45.0, RMS: 0.33}
-    assert "T_a_deviation" not in told["metrics"]["stick-slip"]
-    assert told["inputs"][0]["file"] == "road.csv"
 
 
 # the folder that is worked in
@@ -747,19 +715,15 @@ def test_interrupted_sweep_keeps_its_cases_and_the_old_folder():
     assert json.loads(Path("out/drysim.json").read_text())["complete"] is True
 
 
-def test_resume_keeps_the_finished_cases_and_nothing_else():
+@pytest.mark.parametrize("resume", [True, False])
+def test_resume_keeps_the_finished_cases_and_nothing_else(resume):
     interrupted()
-    with output.lock_partial(Path("out"), resume=True) as claim:
-        assert names(claim.partial) == ["cases", "drysim.json"]
-        assert (claim.partial / "cases/000000.npz").read_text() == CASES
+    with output.lock_partial(Path("out"), resume=resume) as claim:
+        assert names(claim.partial) == ["cases", "drysim.json"][not resume :]
+        if resume:
+            assert (claim.partial / "cases/000000.npz").read_text() == CASES
         write(claim, small())
     assert names(".") == ["out"]
-
-
-def test_without_resume_a_sweep_begins_anew():
-    interrupted()
-    with output.lock_partial(Path("out")) as claim:
-        assert names(claim.partial) == ["drysim.json"]
 
 
 def test_nothing_stays_of_a_sweep_without_a_finished_case():
