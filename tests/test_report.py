@@ -33,6 +33,7 @@ NOISY = SEAT.replace(
     "{kind: harmonic, frequency: 1.6, rms: 1.0}",
     "{kind: psd, points: [[0.8, 1], [20, 1]], duration: 10 s, seed: 1}",
 ).replace("measure: {steady: false, settle: 0, duration: 2}", "measure: {spectra: true}")
+SEEDS = NOISY.replace("seed: 1}", "seed: 1, seeds: 3}")
 HOSTILE = "</title><script>alert(1)</script>'\"&{{ 7*7 }}\u202e\u0007"
 ESCAPED = "&lt;/title&gt;&lt;script&gt;alert(1)&lt;/script&gt;&#39;&#34;&amp;{{ 7*7 }}"
 
@@ -146,11 +147,8 @@ def test_page_says_what_was_computed_whether_it_suffices_and_why_to_believe_it(r
     assert all(fields["files"][name] in page.text for name in names)
     order = ["Verdict", "Checks", "Main results", "What was computed", "Why to believe it"]
     assert sorted(order, key=page.text.index) == order
-
-
-def test_scenario_without_checks_is_not_called_good(result):
-    page = Page(result(SEAT, "run", "--no-plots")[1])
-    assert "no checks, so it states no requirement" in page.text
+    assert "`" not in written.partition("<h2>Scenario</h2>")[0]
+    assert "<code>oscillator.mass</code>" in written
 
 
 def test_report_is_a_file_of_the_result(result, drysim):
@@ -204,11 +202,11 @@ def test_fit_is_reported(drysim, tmp_path):
     assert drysim("report", "out").code == 0
 
 
-STUDY = """design:
+BARE_STUDY = """design:
   vary: {oscillator.damping: {from: 100, to: 1000, scale: log}}
   minimise: T_a
-  over: {oscillator.mass: [60, 80]}
 """
+STUDY = f"{BARE_STUDY}  over: {{oscillator.mass: [60, 80]}}\n"
 
 
 def test_page_of_a_design_study_has_every_condition_and_names_that_of_the_metrics(
@@ -238,13 +236,16 @@ def test_page_of_a_design_study_has_every_condition_and_names_that_of_the_metric
     assert f"of the best design at {at}" in drysim("summarise", "out").out.replace("\n", " ")
 
 
-def test_words_of_a_design_study_are_explained_beside_its_results(result):
-    page = Page(result(SEAT + STUDY, "design", "--no-plots")[1])
+def test_design_study_explains_its_words_and_draws_no_value_that_its_conditions_vary(result):
+    written = result(SEAT + STUDY, "design")[1]
+    page = Page(written)
     words = [one.word for one in entries() if one.kind == DESIGN]
     assert {"within 1 %", "as given", "friction ±10 %", "no dry friction"} <= {*words}
     for word in ("within 1 %", "as given", "friction ±10 %", "stiffness ±10 %"):
         assert f"{word} {meaning(word, DESIGN)}" in page.text
     assert meaning("95 %", DESIGN) not in page.text  # a single seed has no interval
+    (model,) = re.findall(r'alt="(Model: [^"]*)"', written)
+    assert "75 kg" not in model
 
 
 SAFE = SEAT.replace("kinetic: 15", "kinetic: 15, static: 18")
@@ -268,7 +269,7 @@ VIOLATED = "stroke: {limit: 5 mm}\n"
             "reserved",
             "! No verdict, and reservations: 1 warning. The scenario has no checks",
         ),
-        (SAFE, "open", "· The scenario has no checks"),
+        (SAFE, "open", "· The scenario has no checks, so it states no requirement"),
         (SAFE + HELD.replace("5", "1"), "bad", "✗ 1 of 1 check fails"),
     ],
     ids=["good", "reserved", "reserved without checks", "open", "bad"],
@@ -313,25 +314,16 @@ def test_figures_of_a_page_are_numbered_and_say_what_they_show(result):
 
 
 def test_design_with_a_limit_that_the_seeds_leave_open_passes_with_reservations(result):
-    noise = NOISY.replace("seed: 1}", "seed: 1, seeds: 3}").partition("measure")[0]
-    study = """design:
-  vary: {oscillator.damping: {from: 100, to: 1000}}
-  minimise: T_a
-  within: [x_r_peak < 100 mm]
-"""
-    page = result(noise + "stroke: {limit: 1 mm}\n" + study, "design", "--no-plots")[1]
+    text = SEEDS.partition("measure")[0] + "stroke: {limit: 1 mm}\n" + BARE_STUDY
+    text += "  within: [x_r_peak < 100 mm]\n"
+    page = result(text, "design", "--no-plots")[1]
     assert '<ul class="verdict reserved">' in page
     assert "! Passed, with reservations: " in Page(page).text
 
 
 def test_stroke_limit_that_every_seed_keeps_is_reported_and_summarised(result, drysim):
-    noise = NOISY.replace("seed: 1}", "seed: 1, seeds: 3}").partition("measure")[0]
-    study = """design:
-  vary: {oscillator.damping: {from: 100, to: 1000}}
-  minimise: T_a
-  evaluations: 8
-"""
-    page = result(noise + "stroke: {limit: 30 mm}\n" + study, "design", "--no-plots")[1]
+    text = SEEDS.partition("measure")[0] + "stroke: {limit: 30 mm}\n" + BARE_STUDY
+    page = result(f"{text}  evaluations: 8\n", "design", "--no-plots")[1]
     sentence = "stroke_used < 1 with every seed"
     for words in (Page(page).text, drysim("summarise", "out").out):
         assert sentence in " ".join(words.split())
@@ -345,18 +337,6 @@ def test_numbers_over_seeds_are_told_from_those_of_the_shown_seed(result, drysim
     assert f"M{about}. " in page
     assert re.search(r"\d+ events with seed 4 \(stops", page)
     assert f"m{about}" in " ".join(drysim("summarise", "out").out.split())
-
-
-def test_page_shows_no_backticks_but_those_of_the_scenario(result):
-    page = result(SEAT + "stroke: {limit: 5 mm}\n")[1]
-    assert "`" not in page.partition("<h2>Scenario</h2>")[0]
-    assert "<code>oscillator.mass</code>" in page
-
-
-def test_sketch_of_a_design_study_leaves_out_what_its_conditions_vary(result):
-    _, page = result(SEAT + STUDY, "design")
-    (model,) = re.findall(r'alt="(Model: [^"]*)"', page)
-    assert "75 kg" not in model
 
 
 def test_reports_are_equal_byte_by_byte(result, monkeypatch):
@@ -478,6 +458,17 @@ def test_report_needs_no_record(drysim, place):
     assert METRICS_BY_NAME["T_a"].about in page.text
 
 
+def test_report_needs_no_record_of_a_force(drysim, place):
+    Path("force.csv").write_text("t [s],N [N]\n0,100\n1,120\n2,100\n3,100\n")
+    force = "normal_record: {file: force.csv, column: N, time: t}"
+    text = SEAT.replace("kinetic: 15", f"mu_kinetic: 0.15, {force}")
+    (place / "seat.yaml").write_text(text)
+    done = drysim("run", "seat.yaml", "--quiet", "-o", "out")
+    assert done.code == 0, done.err
+    Path("force.csv").unlink()
+    assert drysim("report", "out").code == 0
+
+
 def test_sweep_whose_best_design_keeps_the_checks_is_not_said_to_fail(result):
     swept = SEAT.replace("measure", "sweep: {friction.kinetic: [5, 60]}\nmeasure")
     page = result(swept + "checks: [T_a < 1.2]\n", "sweep")[1]
@@ -495,17 +486,6 @@ def test_page_shows_no_picture_that_is_not_of_the_result(result, drysim):
     assert done.code == 0
     page = Page(Path("page.html").read_text("utf-8"))
     assert page.tags.count("img") == 2  # response and sketch
-
-
-def test_report_needs_no_record_of_a_force(drysim, place):
-    Path("force.csv").write_text("t [s],N [N]\n0,100\n1,120\n2,100\n3,100\n")
-    force = "normal_record: {file: force.csv, column: N, time: t}"
-    text = SEAT.replace("kinetic: 15", f"mu_kinetic: 0.15, {force}")
-    (place / "seat.yaml").write_text(text)
-    done = drysim("run", "seat.yaml", "--quiet", "-o", "out")
-    assert done.code == 0, done.err
-    Path("force.csv").unlink()
-    assert drysim("report", "out").code == 0
 
 
 @pytest.mark.parametrize("name", ["response.png", "scenario.yaml"])
@@ -638,18 +618,15 @@ def test_report_replaces_nothing_but_a_report(drysim, seat, file, words):
     assert drysim("report", "out", "-o", "new.html", "--no-plots").code == 0
 
 
-def test_report_of_the_user_in_the_folder_stays(drysim, seat):
+def test_report_is_written_beside_files_of_the_user_and_never_over_them(drysim, seat):
     assert drysim("run", seat, "--quiet", "--no-plots", "-o", "out").code == 0
+    Path("out/notes.txt").write_text("mine")
     Path("out/report.html").write_text("mine")
     done = drysim("report", "out")
     assert done.code == 2
     assert "out holds report.html, which drysim did not write" in done.err
     assert Path("out/report.html").read_text() == "mine"
-
-
-def test_report_is_written_beside_files_of_the_user(drysim, seat):
-    assert drysim("run", seat, "--quiet", "--no-plots", "-o", "out").code == 0
-    Path("out/notes.txt").write_text("mine")
+    Path("out/report.html").unlink()
     assert drysim("report", "out").code == 0
     assert Path("out/report.html").is_file()
     assert Path("out/notes.txt").read_text() == "mine"

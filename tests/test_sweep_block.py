@@ -86,36 +86,32 @@ def test_scenario_without_a_sweep_has_no_axes(scenario):
     assert scenario(SEAT).reference is None
 
 
-def test_steps_are_the_decimal_numbers_that_they_mean(values):
-    found = values({"from": 0.5, "to": 10, "step": 0.1})
-    assert [repr(value) for value in found] == [f"{n / 10}" for n in range(5, 101)]
-
-
-def test_steps_may_have_units_of_their_own(values):
-    found = values({"from": 0, "to": "25 mm", "step": "5 mm"}, "start.x_r")
-    assert found == (0.0, 0.005, 0.01, 0.015, 0.02, 0.025)
-
-
 def test_steps_that_are_no_decimals_meet_their_end_exactly(values):
     found = values({"from": 0, "to": "90 deg", "step": "30 deg"}, "excitation.phase")
     assert found == pytest.approx([0, pi / 6, pi / 3, pi / 2])
     assert found[-1] == pi / 2
 
 
-def test_sharpness_may_have_its_unit(values):
-    found = values(["1e3 s/m", "2 s/mm"], "solver.smooth.sharpness")
-    assert found == (1e3, 2e3)
-
-
-def test_count_includes_both_ends(values):
-    assert values({"from": 0.1, "to": 0.7, "count": 7}) == (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
-    assert values({"from": 1, "to": 2, "count": 4}) == pytest.approx([1, 4 / 3, 5 / 3, 2])
-    assert len(values({"from": 1, "to": 2, "count": 1e3})) == 1000  # 1e3 is a number everywhere
-
-
-def test_logarithmic_count_hits_the_decades(values):
-    spoken = {"from": 0.001, "to": 1000, "count": 7, "scale": "log"}
-    assert values(spoken) == (0.001, 0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
+@pytest.mark.parametrize(
+    ("key", "spoken", "expected"),
+    [
+        ("excitation.frequency", {"from": 0.5, "to": 10, "step": 0.1},
+         tuple(n / 10 for n in range(5, 101))),
+        ("start.x_r", {"from": 0, "to": "25 mm", "step": "5 mm"},
+         (0.0, 0.005, 0.01, 0.015, 0.02, 0.025)),
+        ("solver.smooth.sharpness", ["1e3 s/m", "2 s/mm"], (1e3, 2e3)),
+        ("excitation.frequency", {"from": 0.1, "to": 0.7, "count": 7},
+         (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
+        ("excitation.rms", {"from": 1, "to": 2, "count": 4},
+         pytest.approx([1, 4 / 3, 5 / 3, 2])),
+        ("excitation.rms", {"from": 1, "to": 2, "count": 1e3},
+         pytest.approx(np.linspace(1, 2, 1000))),
+        ("excitation.frequency", {"from": 0.001, "to": 1000, "count": 7, "scale": "log"},
+         (0.001, 0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)),
+    ],
+)  # fmt: skip
+def test_values_of_an_axis_are_the_numbers_that_its_words_mean(values, key, spoken, expected):
+    assert values(spoken, key) == expected
 
 
 def test_octaves_have_at_least_the_values_asked_for_and_both_ends(values):
@@ -315,13 +311,10 @@ def test_key_that_the_scenario_has_no_use_for_is_refused(fault, text, sweep, sen
     assert fault(sweep, text) == [sentence]
 
 
-def test_fault_of_a_block_is_not_retold_for_the_keys_swept_in_it(fault):
-    text = SEAT.replace("kind: harmonic", "kind: harmonics")
-    assert len(fault({"excitation.frequency": [1, 2]}, text)) == 1
-
-
-def test_missing_block_is_not_missed_again_for_the_keys_swept_in_it(fault):
-    text = SEAT.replace("excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}\n", "")
+@pytest.mark.parametrize("fault_of", ["kind: harmonics, ", ""])
+def test_fault_of_a_block_is_not_retold_for_the_keys_swept_in_it(fault, fault_of):
+    block = "excitation: {kind: harmonic, frequency: 1.6, rms: 1.0}\n"
+    text = SEAT.replace(block, block.replace("harmonic", "harmonics") if fault_of else "")
     assert len(fault({"excitation.frequency": [1, 2], "excitation.rms": [1, 2]}, text)) == 1
 
 
@@ -416,21 +409,13 @@ def points_scenario(tmp_path):
 def test_case_is_what_the_same_overrides_would_give(points_scenario):
     swept = {"excitation.frequency": [1, 5], "oscillator.mass": [75, 300]}
     point = {"excitation.frequency": 5.0, "oscillator.mass": 300.0}
-    case = points_scenario(sweep=swept, reference="viscous").at(point)
+    whole = points_scenario(sweep=swept, reference="viscous")
+    case = whole.at(point)
     alone = points_scenario(excitation__frequency=5, oscillator__mass=300)
     assert case.resolved() == alone.resolved()
-    assert (case.sweep, case.reference) == ((), None)
-
-
-def test_case_keeps_the_origin_of_its_file(points_scenario):
-    whole = points_scenario(sweep={"excitation.rms": [1, 2]})
-    assert whole.at({"excitation.rms": 2.0}).origin == whole.origin
-    assert whole.at({"excitation.rms": 2.0}).folder == whole.folder
-
-
-def test_damping_ratio_follows_a_swept_mass(points_scenario):
-    case = points_scenario(sweep={"oscillator.mass": [75, 300]}).at({"oscillator.mass": 300.0})
     assert case.oscillator.plant() == Plant(300.0, 7500.0, 0.25 * 2 * sqrt(7500 * 300))
+    assert (case.sweep, case.reference) == ((), None)
+    assert (case.origin, case.folder) == (whole.origin, whole.folder)
 
 
 def test_stiffness_follows_mass_and_natural_frequency(points_scenario):
@@ -456,28 +441,32 @@ def test_columns_of_natural_frequencies_give_the_stiffness_of_each_case(points_s
         assert whole.at(point).oscillator.plant() == tuple(column[i] for column in together)
 
 
-def test_static_limit_follows_swept_kinetic_friction(points_scenario):
-    case = points_scenario(sweep={"friction.kinetic": [0, 30]}).at({"friction.kinetic": 30.0})
-    assert case.law() == CoulombLaw(30.0, 36.0)
+VARIED = WORDS["friction"] | {"normal_variation": {"amplitude": 0.2, "frequency": 1.6}}
 
 
-def test_common_period_follows_a_swept_normal_force(points_scenario):
-    friction = {**WORDS["friction"], "normal_variation": {"amplitude": 0.2, "frequency": 1.6}}
-    sweep = {"friction.normal_variation.frequency": [0.4, 0.8]}
-    whole = points_scenario(friction=friction, measure={"duration": "1 period"}, sweep=sweep)
-    assert whole.at({"friction.normal_variation.frequency": 0.4}).measure.duration == 2.5
+@pytest.mark.parametrize(
+    ("words", "key", "value", "field", "expected"),
+    [
+        ({}, "friction.kinetic", 30.0, lambda case: case.law(), CoulombLaw(30.0, 36.0)),
+        ({}, "start.x_r", 0.01, lambda case: case.start.x_r, 0.01),
+        ({}, "solver.smooth.sharpness", 20.0, lambda case: case.solver.smooth.sharpness, 20.0),
+        ({"measure": {"duration": 5}}, "measure.duration", 2.0,
+         lambda case: case.measure.duration, 2.0),
+        ({"friction": VARIED, "measure": {"duration": "1 period"}},
+         "friction.normal_variation.frequency", 0.4, lambda case: case.measure.duration, 2.5),
+        ({"excitation": POINTS_NOISE}, "excitation.seed", float(np.float64(2)),
+         lambda case: case.excitation.seed, 2),
+    ],
+)  # fmt: skip
+def test_blocks_and_defaults_of_a_case_follow_its_value(
+    points_scenario, words, key, value, field, expected
+):
+    case = points_scenario(words, sweep={key: [value / 2, value]}).at({key: value})
+    assert field(case) == expected
 
 
-def test_swept_duration_counts_in_place_of_that_of_the_file(points_scenario):
-    whole = points_scenario(measure={"duration": 5}, sweep={"measure.duration": [1, 2]})
-    assert whole.at({"measure.duration": 2.0}).measure.duration == 2.0
-
-
-def test_block_that_the_file_does_not_have_is_made(points_scenario):
-    whole = points_scenario(sweep={"start.x_r": [0, 0.01], "solver.smooth.sharpness": [10, 20]})
-    case = whole.at({"start.x_r": 0.01, "solver.smooth.sharpness": 20.0})
-    assert case.start.x_r == 0.01
-    assert case.solver.smooth.sharpness == 20.0
+def test_key_that_is_not_swept_may_be_set_as_well(points_scenario):
+    assert points_scenario().at({"friction.kinetic": 30.0}).law() == CoulombLaw(30.0, 36.0)
 
 
 def test_cases_share_the_blocks_that_do_not_differ(points_scenario):
@@ -487,30 +476,33 @@ def test_cases_share_the_blocks_that_do_not_differ(points_scenario):
     assert one.oscillator is whole.oscillator
 
 
-def test_whole_numbers_may_come_from_an_array(points_scenario):
-    whole = points_scenario(excitation=POINTS_NOISE, sweep={"excitation.seed": [1, 2]})
-    assert whole.at({"excitation.seed": float(np.float64(2))}).excitation.seed == 2
-
-
-def test_key_that_is_not_swept_may_be_set_as_well(points_scenario):
-    assert points_scenario().at({"friction.kinetic": 30.0}).law() == CoulombLaw(30.0, 36.0)
-
-
 @pytest.mark.parametrize("key", ["friction", "friction.kinetik", "oscillator.mass.x", "no.key"])
 def test_key_that_is_no_number_is_refused(points_scenario, key):
     with pytest.raises(ScenarioError, match="1 error"):
         points_scenario().at({key: 30.0})
 
 
-def test_every_point_is_tried_when_the_grid_is_small(points_scenario):
-    friction = {"law": "coulomb", "kinetic": 15, "static": 30}
-    sweep = {"friction.kinetic": {"from": 0, "to": 40, "step": 10}}
+@pytest.mark.parametrize(
+    ("words", "sweep", "sentence"),
+    [
+        ({"friction": {"law": "coulomb", "kinetic": 15, "static": 30}},
+         {"friction.kinetic": {"from": 0, "to": 40, "step": 10}},
+         "friction.static must be at least the kinetic 40 N, not 30 N "
+         "(at friction.kinetic = 40)"),
+        ({"solver.approach": "signum", "friction.static_ratio": 1},
+         {"friction.static_ratio": [1, 1.2]},
+         "signum does not support a static limit above kinetic"),
+        ({"excitation": POINTS_NOISE}, {"excitation.points.1.0": [10, 1000]},
+         "solver.step must be below 0.0005 s"),
+    ],
+)  # fmt: skip
+def test_every_point_is_tried_when_the_grid_is_small(points_scenario, words, sweep, sentence):
     with pytest.raises(ScenarioError) as fault:
-        points_scenario(friction=friction, sweep=sweep)
+        points_scenario(words, sweep=sweep)
     (problem,) = fault.value.problems
-    assert problem.sentence == (
-        "friction.static must be at least the kinetic 40 N, not 30 N (at friction.kinetic = 40)"
-    )
+    assert sentence in problem.sentence
+    (key,) = sweep
+    assert f"(at {key} = " in problem.sentence
 
 
 def test_point_of_a_large_grid_is_tried_when_it_is_met(points_scenario):
@@ -523,31 +515,12 @@ def test_point_of_a_large_grid_is_tried_when_it_is_met(points_scenario):
     assert "(at friction.kinetic = 20, friction.static = 10)" in str(fault.value.problems)
 
 
-def test_approach_without_static_friction_is_refused_at_the_point_that_needs_it(
-    points_scenario,
-):
-    words = {"solver.approach": "signum", "friction.static_ratio": 1}
-    with pytest.raises(ScenarioError) as fault:
-        points_scenario(words, sweep={"friction.static_ratio": [1, 1.2]})
-    (problem,) = fault.value.problems
-    assert "signum does not support a static limit above kinetic" in problem.sentence
-    assert problem.sentence.endswith("(at friction.static_ratio = 1.2)")
-
-
-def test_step_that_is_too_coarse_for_a_swept_spectrum_is_refused(points_scenario):
-    sweep = {"excitation.points.1.0": [10, 1000]}
-    with pytest.raises(ScenarioError) as fault:
-        points_scenario(excitation=POINTS_NOISE, sweep=sweep)
-    assert "solver.step must be below 0.0005 s" in fault.value.problems[0].sentence
-
-
 # Another approach
 
 
 @pytest.mark.parametrize("name", APPROACHES_BY_NAME)
 def test_every_approach_can_take_the_scene(points_scenario, name):
-    friction = {**WORDS["friction"], "normal_variation": {"amplitude": 0.2, "frequency": 1.6}}
-    other = points_scenario(friction=friction).with_approach(name)
+    other = points_scenario(friction=VARIED).with_approach(name)
     assert other.solver.approach == name
     assert load_again(other).law() == other.law()
 
@@ -584,20 +557,15 @@ def test_options_of_another_approach_are_not_swept(points_scenario):
 
 
 def test_losses_name_the_approach_and_what_it_leaves_out(points_scenario):
-    friction = {**WORDS["friction"], "normal_variation": {"amplitude": 0.2, "frequency": 1.6}}
-    whole = points_scenario(friction=friction)
+    whole = points_scenario(friction=VARIED)
     assert whole.omissions("stick-slip") == ()
     assert whole.omissions("viscous") == ()  # it is without friction by definition
     assert whole.omissions("moreau") == (
         "moreau has no static limit above kinetic friction and uses F_fs = F_fk",
         "moreau uses a constant normal force",
     )
-
-
-def test_swept_static_limit_is_left_out_even_when_the_base_has_none(points_scenario):
     sweep = {"friction.kinetic": [0, 20], "friction.static_ratio": [1, 1.2]}
-    whole = points_scenario(friction__kinetic=0, sweep=sweep)
-    assert len(whole.omissions("signum")) == 1
+    assert len(points_scenario(friction__kinetic=0, sweep=sweep).omissions("signum")) == 1
 
 
 def test_approach_that_is_not_on_the_shelf_is_refused(points_scenario):
