@@ -90,25 +90,21 @@ def test_panel_of_a_metric_that_no_case_knows_says_so():
 
 
 def test_displacement_stands_left_and_acceleration_right_over_a_logarithmic_frequency():
-    figure = draw_transmissibility(SCENES["paper"]())
+    table = SCENES["paper"]()
+    figure = draw_transmissibility(table)
     left, right = figure.axes
     assert "Tₓ = xᵣ/u [–]" in left.get_title("left")
     assert "Tₐ [–]" in right.get_title("left")
-    for panel in (left, right):
+    rows = [row for row in table.own if row.point[RMS] == 1.0]
+    for panel, metric in ((left, "T_x"), (right, "T_a")):
         assert panel.get_xscale() == "log"
         assert panel.get_xlim() == (0.5, 8.0)
         assert panel.get_xlabel() == "frequency [Hz]"
         assert panel.get_ylim()[0] == 0.0
+        (curve,) = labelled(panel, "aᵤ 1 m/s²")
+        assert list(curve.get_xdata()) == [row.point[FREQUENCY] for row in rows]
+        assert list(curve.get_ydata()) == [row.metrics[metric] for row in rows]
     assert legend(figure) == ["aᵤ 0.5 m/s²", "aᵤ 1 m/s²", "viscous, no dry friction"]
-
-
-def test_curve_is_the_transmissibility_of_its_rows():
-    table = SCENES["paper"]()
-    _, right = draw_transmissibility(table).axes
-    (line,) = labelled(right, "aᵤ 1 m/s²")
-    rows = [row for row in table.own if row.point[RMS] == 1.0]
-    assert list(line.get_xdata()) == [row.point[FREQUENCY] for row in rows]
-    assert list(line.get_ydata()) == [row.metrics["T_a"] for row in rows]
 
 
 def test_reference_is_drawn_once_where_it_is_the_same_for_all_lines():
@@ -700,19 +696,18 @@ def mesh(panel):
     return found
 
 
-def test_bands_lie_within_each_other_around_the_median(table):
-    bands, *_ = sweep_plots.draw_quantiles(table(GRID), BOTH).axes
+def test_bands_lie_within_each_other_around_the_median_beside_a_map_of_the_means(table):
+    swept = table(GRID)
+    bands, mapped, *_ = sweep_plots.draw_quantiles(swept, BOTH).axes
     outer, inner = band(bands, "90 % of the cases"), band(bands, "50 % of the cases")
     x, median = line(bands, "median")
     assert x.tolist() == [1, 2, 4, 8]
     for (low, high), (first, third), middle in zip(outer, inner, median, strict=True):
         assert 0 < low <= first <= middle <= third <= high
     assert line(bands, "median without dry friction")[1][1] > median[1]
-
-
-def test_axes_of_many_cases_are_named_and_share_their_range(table):
-    figure = sweep_plots.draw_quantiles(table(GRID), BOTH)
-    bands, mapped = figure.axes[0], figure.axes[1]
+    known = [row.metrics["T_x"] for row in swept.of("stick-slip")]
+    assert mesh(mapped).get_clim() == pytest.approx((min(known), max(known)))
+    assert mesh(mapped).get_array().ravel().tolist() == pytest.approx(known)
     assert mapped.get_xlabel() == "frequency [Hz]"
     assert mapped.get_ylabel() == "kinetic friction force F_fk [N]"
     assert bands.get_xlabel() == ""
@@ -720,16 +715,6 @@ def test_axes_of_many_cases_are_named_and_share_their_range(table):
     assert bands.get_xlim() == mapped.get_xlim() == (0.5, 10)
     assert mapped.get_ylim() == (0, 60)
     assert bands.get_ylim()[0] == 0
-
-
-def test_colours_of_a_map_reach_from_its_least_to_its_greatest_mean(table):
-    swept = table(GRID)
-    figure = sweep_plots.draw_quantiles(swept, BOTH)
-    known = [row.metrics["T_x"] for row in swept.of("stick-slip")]
-    found = mesh(figure.axes[1])
-    assert found.get_clim() == pytest.approx((min(known), max(known)))
-    values = found.get_array().reshape(3, 4)
-    assert values.ravel().tolist() == pytest.approx(known)
 
 
 def test_cells_of_a_logarithmic_map_are_even_in_its_scale(table):
@@ -896,7 +881,7 @@ def seat_table(scenario):
     return solved(scenario(SEAT_SCENE))
 
 
-def test_weighted_sweep_shows_SEAT_and_its_best_admissible_case(seat_table):
+def test_weighted_sweep_shows_SEAT_its_admissible_range_and_its_best_case(seat_table):
     figure = draw_transmissibility(seat_table)
     panel = figure.axes[-1]
     assert panel.get_title(loc="left") == "SEAT [–]"
@@ -905,16 +890,13 @@ def test_weighted_sweep_shows_SEAT_and_its_best_admissible_case(seat_table):
     assert star.get_xdata() == [best.point["friction.kinetic"]]
     assert star.get_ydata() == [best.metrics["SEAT"]]
     assert f"best case: least SEAT {best.metrics['SEAT']:.4g} at " in " ".join(legend(figure))
-
-
-def test_admissible_range_is_shaded_from_its_first_to_its_last_case(seat_table):
     admissible = [
         row.point["friction.kinetic"]
         for row in seat_table.own
         if not row.metrics["violations"] and row.metrics["SEAT"] < 0.5
     ]
     assert 1 < len(admissible) < 6
-    for panel in draw_transmissibility(seat_table).axes:
+    for panel in figure.axes:
         (shade,) = panel.patches
         ends = shade.get_extents().transformed(panel.transData.inverted()).intervalx
         assert ends == pytest.approx([min(admissible), max(admissible)])
