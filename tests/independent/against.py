@@ -62,7 +62,8 @@ def unexplained(scene: Scene, trajectory: Trajectory) -> float:
 
 def neighbours(scene: Scene) -> Iterator[Scene]:
     """Return scenes whose numbers are a rounding or two away."""
-    for factor in (1.0 + 4.0 * ULP, 1.0 - 4.0 * ULP):
+    # Up to 1e-15 (F_fs + |F_k|) above it counts as equality, which sticks.
+    for factor in (1.0 + 4.0 * ULP, 1.0 - 4.0 * ULP, 1.0 + 9.0 * ULP):
         yield scene._replace(F_fs=max(factor * scene.F_fs, scene.F_fk))
     rng = Random(1)
 
