@@ -124,10 +124,11 @@ def test_over_is_taken_where_a_sweep_is(drysim, seat, command):
 @pytest.mark.parametrize(
     ("over", "sentence"),
     [
-        (["friction.kinetic=0:10"], "names no key with its values"),
-        (["friction.kinetic=0:1:2:3"], "names no key with its values"),
-        (["=0:10:1"], "names no key with its values"),
-        (["friction.kinetic"], "names no key with its values"),
+        (["friction.kinetic=0:10"], "--over friction.kinetic=0:10 has no STEP"),
+        (["friction.kinetic=:10:"], "has no FROM and STEP"),
+        (["friction.kinetic=0:1:2:3"], "has more than FROM:TO:STEP"),
+        (["=0:10:1"], "--over =0:10:1 has no key"),
+        (["friction.kinetic"], "--over friction.kinetic has no values"),
         (["friction.kinetic=0,1"] * 2, "--over names friction.kinetic twice"),
         (["friction.kinetc=0,1"], "--over friction.kinetc=0,1: unknown key `friction.kinetc`"),
         (["friction.kinetic=0:5:2"], "friction.kinetic.to is not reached by steps of 2 N"),

@@ -17,6 +17,7 @@ from twin import base_motion, fit_text, fit_twin, keys, write_columns, write_twi
 
 import drysim
 from drysim.parallel import WorkerPool
+from drysim.results.kind import judgements
 from drysim.scenario.axes import iter_points
 from drysim.scenario.load import load
 from drysim.study import fit_draws
@@ -25,6 +26,7 @@ from drysim.study.fit_draws import Draws, draw, draws_warnings
 from drysim.study.fit_law import LawFit, Steps, fit_law, ignore_progress, profiles_of
 from drysim.study.fit_model import build_model, fitted_end
 from drysim.study.fit_profiles import ParameterProfile, ProfilePoint
+from drysim.wording import format_number
 
 MASS = "oscillator: {mass: 75}\n"
 SEAT = "oscillator: {mass: 75, stiffness: 7500, damping: 500}\n"
@@ -323,6 +325,27 @@ def test_result_names_the_draws_and_can_be_computed_again(fitted, drysim, tmp_pa
     }
     again = load(stored / "scenario.yaml")
     assert [*iter_points(again.sweep)] == [*iter_points(load(tmp_path / "scene.yaml").sweep)]
+
+
+def test_checks_over_draws_judge_each_or_a_quantile_of_them(fitted):
+    _, folder = fitted
+    block = "sweep: {{sample: {{from_fit: out/fit, count: {}}}}}\nchecks: [{}]"
+    T_a = drysim.sweep(loaded(folder, block.format(40, "T_a > 0")), workers=1).values_of("T_a")
+    limit, level = np.sort(T_a)[-4] + 1e-9, np.quantile(T_a, 0.95, method="median_unbiased")
+    checks = ", ".join(f"T_a{at} < {limit:.17g}" for at in ("", " p5", " p95")) + ", T_a < 9"
+    table = drysim.sweep(loaded(folder, block.format(40, checks)), workers=1)
+    every, low, high, loose = table.checks
+    assert [check.passed for check in table.checks] == [False, True, False, True]
+    assert (every.value, high.value) == (T_a.max(), pytest.approx(level, rel=1e-12))
+    lines = [each.sentence.partition("<")[2] for each in judgements(table.checks, table.axes)]
+    assert lines[0].endswith(f" in 3 of 40 draws, worst {every.described_value}")
+    assert lines[1].endswith("p5 of 40 draws (3 fail)")
+    assert lines[3].endswith(
+        f"with {format_number(T_a.max(), digits=6)}, the worst of 40 draws"
+    )
+    assert "judges the p95 of 19 draws, which is about an extreme of them; give count: 20" in (
+        " ".join(map(str, drysim.validate(loaded(folder, block.format(19, "T_a p95 < 1")))))
+    )
 
 
 def test_workers_elsewhere_have_the_same_draws(fitted):

@@ -11,6 +11,7 @@ import typer
 
 from drysim import __version__
 from drysim.errors import EXIT_OK, UsageError
+from drysim.wording import join_words
 
 RUN_TIME_LIMIT, HARD_TIME_LIMIT = 0.2, 30.0
 """Default time limit of one run in a bench, and in a hard case, which fails beyond it [s]."""
@@ -354,7 +355,9 @@ def sweep_overrides(over: list[str]) -> Iterator[str]:
         values = sweep_values(text)
         if not key or not values:
             hint = "write KEY=FROM:TO:STEP or KEY=A,B,..., such as `friction.kinetic=0:100:10`"
-            raise UsageError(f"--over {word} names no key with its values", hint)
+            raise UsageError(
+                f"--over {word} {values_fault(text) if key else 'has no key'}", hint
+            )
         if values == text and key != FILE_KEY and not text.startswith(("{", "[")):
             hint = f"`--set {key}={text}` sets it; several are FROM:TO:STEP or A,B,..."
             raise UsageError(f"--over {word} has a single value", hint)
@@ -363,6 +366,17 @@ def sweep_overrides(over: list[str]) -> Iterator[str]:
         block = f"{SWEEP_KEY}.{key}={values}" if keys else f"{SWEEP_KEY}={{{key}: {values}}}"
         keys.append(key)
         yield OptionOverride(block, f"--over {word}")
+
+
+def values_fault(text: str) -> str:
+    """Return what the values of an `--over` lack, as the end of a sentence."""
+    if not text:
+        return "has no values"
+    parts = [*text.split(":"), ""]
+    if len(parts) > 4:
+        return "has more than FROM:TO:STEP"
+    pairs = zip(("FROM", "TO", "STEP"), parts, strict=False)
+    return f"has no {join_words([name for name, part in pairs if not part.strip()])}"
 
 
 def sweep_values(text: str) -> str:

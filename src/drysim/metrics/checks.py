@@ -141,9 +141,14 @@ class Check:
         return cls(text, metric, op, bound, unit=unit, judges=judges)
 
     @property
+    def is_quantile(self) -> bool:
+        """Whether a quantile is judged."""
+        return self.judges not in (MEAN, EVERY_SEED)
+
+    @property
     def least_seeds(self) -> int:
         """Number of seeds below which a quantile is about an extreme; 1 for what is none."""
-        if self.judges in (MEAN, EVERY_SEED):
+        if not self.is_quantile:
             return 1
         return seeds_for_quantile(float(self.judges[1:]) / 100.0)
 
@@ -305,6 +310,8 @@ class Verdict:
     """Number of seeds whose own values do not satisfy the check."""
     worst_seed: int | None = None
     """The seed that fails by most where each must pass; None if none fails."""
+    of_draws: bool = False
+    """Whether the cases are draws of a fit, of which none is named."""
 
     @property
     def undecided(self) -> bool:
@@ -324,7 +331,7 @@ class Verdict:
     def share(self) -> str:
         """How many cases or seeds fail, such as ` in 3 of 12 cases`; empty for a single one."""
         if self._fails_in_cases:
-            return f" in {self.failed} of {self.cases} cases"
+            return f" in {self.failed} of {self._many}"
         if not self._fails_in_seeds:
             return ""
         share = f"{self.failed_seeds} of {self.seeds} seeds"
@@ -332,9 +339,19 @@ class Verdict:
         return f": {share} fail" if is_said else f" in {share}"
 
     @property
+    def _many(self) -> str:
+        """Number of cases."""
+        return f"{self.cases} {'draws' if self.of_draws else 'cases'}"
+
+    @property
+    def is_quantile_of_draws(self) -> bool:
+        """Whether the value is a quantile over draws, which have no seeds."""
+        return self.of_draws and self.seeds == 1 and self.check.is_quantile
+
+    @property
     def _fails_in_cases(self) -> bool:
         """Whether some of several cases fail."""
-        return self.failed > 0 and self.cases > 1
+        return self.failed > 0 and self.cases > 1 and not self.is_quantile_of_draws
 
     @property
     def _fails_in_seeds(self) -> bool:
@@ -358,7 +375,16 @@ class Verdict:
             value_text = format_interval(value, self.half_width / scale, unit)
         else:
             value_text = format_number(value, unit, _distinguishing_digits(value, limit))
-        return f"with {value_text}{self._described_seeds}"
+        return f"with {value_text}{self._described_seeds}{self._described_draws}"
+
+    @property
+    def _described_draws(self) -> str:
+        """What the value is over the draws of a fit, such as `, the worst of 64 draws`."""
+        if self.is_quantile_of_draws:
+            fail = f" ({self.failed} fail)" if self.failed else ""
+            return f", {self.check.judges} of {self._many}{fail}"
+        is_worst = self.of_draws and self.cases > 1 and not self._fails_in_cases
+        return f", the worst of {self._many}" if is_worst else ""
 
     @property
     def _described_seeds(self) -> str:
@@ -374,10 +400,15 @@ class Verdict:
         return f", {self.check.judges} of {self.seeds} seeds{fail}"
 
     @property
+    def named_point(self) -> Point:
+        """Swept keys of the case to name: of draws only one whose value is unknown."""
+        return {} if self.of_draws and not self.reason else self.where or {}
+
+    @property
     def place(self) -> str:
         """The case that decided, such as ` at excitation.frequency = 8`."""
-        point = self.where or {}
-        values = [f"{key} = {format_number(value, digits=6)}" for key, value in point.items()]
+        point = self.named_point.items()
+        values = [f"{key} = {format_number(value, digits=6)}" for key, value in point]
         return f" at {', '.join(values)}" if values else ""
 
 

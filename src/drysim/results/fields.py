@@ -163,6 +163,8 @@ def check_fields(verdict: Verdict) -> Fields:
         fields["reason"] = verdict.reason
     if verdict.cases:
         fields |= {"failed": verdict.failed, "cases": verdict.cases}
+    if verdict.is_quantile_of_draws:
+        fields["judges"] = check.judges
     if verdict.seeds > 1:
         fields |= {"judges": check.judges, "half_width": verdict.half_width}
         fields["seeds"] = verdict.seeds

@@ -129,7 +129,7 @@ def describe_verdict(verdict: Verdict, units: Mapping[str, str], by: str = "") -
 
     `units` maps swept keys to their units.
     """
-    where = describe_point(verdict.where or {}, units)
+    where = describe_point(verdict.named_point, units)
     parted, place = ";" if verdict.reason else ",", f" at {where}" if where else ""
     worst = "" if verdict.reason or not verdict.share else "worst "
     sentence = f"{verdict.check}{verdict.share}{parted} {worst}{verdict.described_value}"

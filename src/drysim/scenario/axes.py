@@ -167,6 +167,11 @@ def axis_groups(axes: Sequence[Axis]) -> list[tuple[Axis, ...]]:
     return groups
 
 
+def are_draws(axes: Sequence[Axis]) -> bool:
+    """Return whether the points of a sweep are the draws of a fit, and differ in nothing else."""
+    return bool(axes) and all(axis.source is not None for axis in axes)
+
+
 def has_shock_spectrum(axes: Sequence[Axis]) -> bool:
     """Return whether a sweep is a shock response spectrum."""
     return any(axis.group == SRS_KEY for axis in axes)

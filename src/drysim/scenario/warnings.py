@@ -25,6 +25,7 @@ from drysim.scenario.axes import (
     DIRECTION_KEY,
     MAX_STORED_VALUES,
     Axis,
+    are_draws,
     axis_groups,
     count_points,
     point_columns,
@@ -559,6 +560,7 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of checks that always or never hold, are duplicates or contradict each other."""
     accepted: dict[str, list[Check]] = {}
     seeds = least_seeds_of(scenario)
+    draws = count_points(scenario.sweep) if are_draws(scenario.sweep) and seeds == 1 else 0
     for i, check in enumerate(scenario.checks):
         before = accepted.setdefault(check.metric, [])
         duplicate = next(
@@ -573,7 +575,10 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             None,
         )
         answer, numbers = check.constant_result, {f"checks.{i}": check.limit}
-        if check.judges != MEAN and seeds == 1:
+        if draws and check.is_quantile:
+            if draws < check.least_seeds:
+                yield few_seeds_warning(check, draws, of="draws")
+        elif check.judges != MEAN and seeds == 1:
             sentence = f"the check `{check}` judges a single motion; give excitation.seeds"
             yield WarningMessage("check-of-one-seed", sentence, numbers)
         elif seeds < check.least_seeds:
@@ -618,16 +623,22 @@ def least_seeds_of(scenario: Scenario) -> int:
     return min(next(swept, [getattr(scenario.excitation, "max_seeds", 1)]))
 
 
-def few_seeds_warning(check: Check, seeds: int, place: str = "") -> WarningMessage:
-    """Return the warning that a check judges a quantile of too few seeds.
+def few_seeds_warning(
+    check: Check, seeds: int, place: str = "", of: str = "seeds"
+) -> WarningMessage:
+    """Return the warning that a check judges a quantile of too few seeds, or `of` draws.
 
     `place` says where there are so few seeds.
     """
     least = check.least_seeds
+    key, every = {
+        "seeds": ("excitation.seeds", f"write `with {EVERY_SEED}`"),
+        "draws": ("count", f"judge every draw, without `{check.judges}`"),
+    }[of]
     sentence = (
-        f"the check `{check}` judges the {check.judges} of {seeds} seeds{place}, which is "
-        f"about an extreme of them; give excitation.seeds: {least} or more, of which one is "
-        f"expected beyond it, or write `with {EVERY_SEED}`"
+        f"the check `{check}` judges the {check.judges} of {seeds} {of}{place}, which is "
+        f"about an extreme of them; give {key}: {least} or more, of which one is "
+        f"expected beyond it, or {every}"
     )
     return WarningMessage("quantile-of-few-seeds", sentence, {"seeds": seeds, "least": least})
 

@@ -27,6 +27,7 @@ from drysim.scenario.axes import (
     GREATEST,
     LEAST,
     Axis,
+    are_draws,
     count_points,
     point_columns,
     points_in,
@@ -54,7 +55,13 @@ from drysim.study.statistics import (
     max_seeds,
 )
 from drysim.study.store import Store, StoredBatches
-from drysim.study.table import RATIO_KEY, Table, Tally, has_shared_motion
+from drysim.study.table import (
+    RATIO_KEY,
+    Table,
+    Tally,
+    has_shared_motion,
+    verdict_over_draws,
+)
 from drysim.study.warnings import (
     certificate_warnings,
     status_warnings,
@@ -413,11 +420,15 @@ def make_table(
         *table_interval_warnings(scenario, tally.seeds),
     )
     motion = case.motion if has_shared_motion(scenario.sweep) else None
+    verdicts = tally.verdicts
+    if are_draws(scenario.sweep):
+        batches = [each for each in rows.batches if each.approach == case.scenario.label]
+        verdicts = tuple(verdict_over_draws(verdict, batches) for verdict in verdicts)
     return Table(
         scenario,
         scenario.sweep,
         rows,
-        tally.verdicts,
+        verdicts,
         warnings,
         complete,
         motion,

@@ -34,6 +34,7 @@ from drysim.scenario.axes import (
     FILE_KEY,
     FREQUENCY_KEY,
     Axis,
+    are_draws,
     chain_length,
     count_points,
 )
@@ -181,7 +182,7 @@ class Table(Result):
     @property
     def is_of_draws(self) -> bool:
         """Whether the cases are the draws of a fit, and differ in nothing else."""
-        return bool(self.axes) and all(axis.source is not None for axis in self.axes)
+        return are_draws(self.axes)
 
     def values_of(self, metric: str) -> NDArray[np.float64]:
         """Return the values of a metric in the own cases that have one."""
@@ -785,6 +786,24 @@ class Tally:
             before = self._verdicts.get(i)
             if before is None or violation(verdict) > violation(before):
                 self._verdicts[i] = verdict
+
+
+def verdict_over_draws(verdict: Verdict, batches: Sequence[Batch]) -> Verdict:
+    """Return the verdict of a sweep over the draws of a fit, which are like seeds.
+
+    `batches` are its cases. Where these have no seeds, a quantile is that over the draws.
+    """
+    verdict, check = replace(verdict, of_draws=True), verdict.check
+    if verdict.value is None or not check.is_quantile or any(batch.over for batch in batches):
+        return verdict
+    values = [
+        judged_column(check, batch)[
+            check.applicable({**batch.points, STATUS: batch.status}, len(batch))
+        ]
+        for batch in batches
+    ]
+    value = float(check.over_seeds(np.concatenate(values)))
+    return replace(verdict, value=value, passed=bool(check.holds(value)), where=None)
 
 
 STROKE_LIMIT = Check.parse("stroke_used < 1")
