@@ -72,10 +72,11 @@ def test_help_lists_every_command_in_a_whole_sentence(drysim, monkeypatch):
     assert all(line.endswith(".") and "..." not in line for line in listed if line.strip())
 
 
-def test_run_says_that_it_replaces_a_sweep(drysim, seat):
+def test_run_and_sweep_say_that_they_replace_each_other(drysim, seat):
     over = ("--no-plots", "--set", "sweep={friction.kinetic: [10, 20]}")
     assert "replaced" not in drysim("run", seat, *over).err
-    assert "replaced" not in drysim("sweep", seat, *over).err
+    told = "the run in out/seat will be replaced; use --out to keep it\n"
+    assert drysim("sweep", seat, *over).err.startswith(told)
     told = "the sweep in out/seat will be replaced; use --out to keep it\n"
     assert drysim("run", seat, *over).err.startswith(told)
     assert "replaced" not in drysim("run", seat, *over).err
@@ -86,7 +87,6 @@ def test_run_says_that_it_replaces_a_sweep(drysim, seat):
 def test_folder_of_a_study_has_the_name_of_the_command_once(drysim, seat):
     over = ("--no-plots", "--set", "name=seat-compare", "--set", "measure=null")
     compare = ("compare", "signum", "vs", "stick-slip", "-s", seat, *over)
-    assert "replaced" not in drysim("run", seat, *over).err
     assert drysim(*compare).out.endswith("written     out/seat-compare\n")
     told = "the comparison in out/seat-compare will be replaced; use --out to keep it\n"
     assert drysim("run", seat, *over, "--dry-run").err == ""

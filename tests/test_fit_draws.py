@@ -334,7 +334,7 @@ def test_checks_over_draws_judge_each_or_a_quantile_of_them(fitted):
     limit, level = np.sort(T_a)[-4] + 1e-9, np.quantile(T_a, 0.95, method="median_unbiased")
     checks = ", ".join(f"T_a{at} < {limit:.17g}" for at in ("", " p5", " p95")) + ", T_a < 9"
     table = drysim.sweep(loaded(folder, block.format(40, checks)), workers=1)
-    every, low, high, loose = table.checks
+    every, _, high, _ = table.checks
     assert [check.passed for check in table.checks] == [False, True, False, True]
     assert (every.value, high.value) == (T_a.max(), pytest.approx(level, rel=1e-12))
     lines = [each.sentence.partition("<")[2] for each in judgements(table.checks, table.axes)]

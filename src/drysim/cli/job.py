@@ -35,10 +35,6 @@ if TYPE_CHECKING:
     from drysim.study.store import Store
 
 
-QUICK_KIND = "run"
-"""Kind of result that is replaced without notice by another kind: a run takes a second."""
-
-
 @dataclass(frozen=True)
 class Common:
     """Options that commands share.
@@ -313,7 +309,7 @@ def compute(job: Job, folder: Path, common: Common) -> Done:
 
     mode = common.mode
     replaced = stored_kind(folder)
-    if replaced not in ("", QUICK_KIND, job.kind):
+    if replaced not in ("", job.kind):
         mode.print_loss(f"the {replaced} in {folder} will be replaced; use --out to keep it")
     if not common.report and output.has_report(folder):
         mode.print_loss(

@@ -168,7 +168,7 @@ def axis_groups(axes: Sequence[Axis]) -> list[tuple[Axis, ...]]:
 
 
 def are_draws(axes: Sequence[Axis]) -> bool:
-    """Return whether the points of a sweep are the draws of a fit, and differ in nothing else."""
+    """Return whether points are the draws of a fit, and differ in nothing else."""
     return bool(axes) and all(axis.source is not None for axis in axes)
 
 

@@ -34,7 +34,7 @@ from drysim.scenario.axes import (
 from drysim.scenario.blocks import LimitBySide, Stroke
 from drysim.scenario.laws import LAW_KEY, LAWS, excluded_keys
 from drysim.scenario.model import LIMIT_KEYS, Scenario, provides
-from drysim.wording import Point, format_number
+from drysim.wording import Point, format_number, join_words
 
 MIN_STEPS_PER_PERIOD = 20
 """Fewer output points per period do not resolve a sine in a plot."""
@@ -502,6 +502,14 @@ def _point(axes: Sequence[Axis], number: int) -> dict[str, Any]:
 
 def _sweep_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of swept keys without effect, and of what the reference leaves out."""
+    for group in axis_groups(scenario.sweep):
+        if len(group[0].values) == 1 and group[0].key != DIRECTION_KEY:
+            each, them = (" of each", "them") if len(group) > 1 else ("", "it")
+            sentence = (
+                f"sweep of {join_words([axis.key for axis in group])} has a single value{each}; "
+                f"set {them} in the scenario instead"
+            )
+            yield WarningMessage("sweep-changes-nothing", sentence, {"values": 1})
     for axis in scenario.sweep:
         if why := _why_without_effect(scenario, axis):
             sentence = f"sweep of {axis.key} {why}"
@@ -514,11 +522,9 @@ def _sweep_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
 
 
 def _why_without_effect(scenario: Scenario, axis: Axis) -> str | None:
-    """Return why a swept key has no effect; None if it has one."""
-    if axis.key == DIRECTION_KEY:
+    """Return why a swept key with several values has no effect; None if it has one."""
+    if axis.key == DIRECTION_KEY or len(axis.values) == 1:
         return None
-    if len(axis.values) == 1:
-        return "has a single value; set it in the scenario instead"
     if axis.key in LIMIT_KEYS and scenario.stops is None:
         return "does not affect the motion, only when the stroke limit is exceeded"
     approach = scenario.solver.approach
