@@ -355,6 +355,18 @@ def test_ticks_of_a_short_axis_far_from_zero_are_written_in_full(which):
     assert all(float(label) == pytest.approx(1.2999, abs=2e-9) for label in labels)
 
 
+@pytest.mark.parametrize(
+    ("metres", "label", "ticks"), [([0.002, 0.008], "mm", "2"), ([20.0, 80.0], "m", "20")]
+)
+def test_axis_over_a_length_is_in_the_unit_of_the_console(metres, label, ticks):
+    axis = Axis("stroke.limit", "m", tuple(metres))
+    figure, grid = style.panel_grid(1, 1)
+    axes = figure.add_subplot(grid[0, 0])
+    style.set_axis(axes, "x", style.axis_label(axis), *metres, False)
+    assert axes.get_xlabel() == f"stroke.limit [{label}]"
+    assert axes.xaxis.get_ticklabels()[0].get_text() == ticks
+
+
 def test_no_text_of_a_picture_is_a_formula(tmp_path):
     from matplotlib.text import Text
 

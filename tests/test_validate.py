@@ -85,6 +85,27 @@ def test_warning_stands_at_the_line_that_it_is_about(tmp_path):
     assert {problem.severity for problem in validate(str(file))} == {"warning"}
 
 
+@pytest.mark.parametrize(
+    "block",
+    [
+        "sweep:\n  stroke.limit: [25, 30]",
+        "sweep:\n  zip: {oscillator.mass: [60, 90], stroke.limit: [25, 30]}",
+        "design: {minimise: T_a, vary: {stroke.limit: {from: 25, to: 30}}}",
+        "design:\n  minimise: T_a\n  vary: {oscillator.mass: {from: 60, to: 90}}\n"
+        "  over: {stroke.limit: [25, 30]}",
+    ],
+)
+def test_warning_about_a_varied_length_stands_where_it_is_varied(tmp_path, block):
+    file = tmp_path / "varied.yaml"
+    file.write_text(f"{DOUBTFUL.partition('checks:')[0]}{block}\n")
+    (problem,) = (each for each in validate(str(file)) if "millimetres" in each.sentence)
+    assert (
+        file.read_text()
+        .splitlines()[problem.line - 1][problem.column - 1 :]
+        .startswith("stroke.limit: ")
+    )
+
+
 def test_warning_about_a_value_that_was_set_names_its_option(tmp_path):
     (tmp_path / "doubtful.yaml").write_text(DOUBTFUL)
     changes = ["stroke.limit=60"]

@@ -63,9 +63,10 @@ def draw(result: BranchesResult) -> Figure:
         axes.append(figure.add_subplot(grid[i, 0], sharex=axes[0] if axes else None))
         draw_panel(axes[-1], result, metric)
         set_title(axes[-1], metric.full_title)
-    axes[-1].set_xlabel(axis_label(result.axis))
+    label = axis_label(result.axis)
+    axes[-1].set_xlabel(label.text)
     for panel in axes:
-        set_ticks(panel.xaxis)
+        set_ticks(panel.xaxis, label.factor)
     case = result.case
     scene = describe_scene(result.scenario, case.plant, case.law, {result.axis.key})
     heading = style.make_heading(

@@ -28,7 +28,7 @@ from drysim.plots.response import (
     runs,
     shade_intervals,
 )
-from drysim.plots.style import Style, plotted, set_axis, set_title, spans_decade
+from drysim.plots.style import KeyLabel, Style, plotted, set_axis, set_title, spans_decade
 from drysim.plots.sweep import COLORMAP_END, MARKERS
 from drysim.scenario.fit import CHANNEL_UNITS
 from drysim.scenario.text import short_key
@@ -43,7 +43,6 @@ from drysim.wording import (
     format_interval,
     format_number,
     format_percent,
-    format_unit,
 )
 
 if TYPE_CHECKING:
@@ -160,12 +159,12 @@ def draw_fitted_curves(result: FitResult) -> Figure:
         curves = [curve for curve in result.curves if curve.ratio == ratio]
         draw_ratio(upper, curves)
         draw_relative_residuals(lower, curves, result.channels[i])
-        label = "frequency [Hz]" if i == len(ratios) - 1 else ""
+        label = KeyLabel("frequency [Hz]" if i == len(ratios) - 1 else "")
         every = np.concatenate([curve.frequency for curve in curves])
         low, high = float(every.min()), float(every.max())
         if low == high:
             low, high = 0.5 * low, 2.0 * high
-        for axes, text in ((upper, ""), (lower, label)):
+        for axes, text in ((upper, KeyLabel("")), (lower, label)):
             set_axis(axes, "x", text, low, high, spans_decade([low, high]))
     style.finish_figure(figure, heading(result))
     return figure
@@ -199,7 +198,7 @@ def draw_ratio(axes: Axes, curves: Sequence[FittedCurve]) -> None:
     axes.axhline(1.0, **UNITY_STYLE)
     is_log = len(positive) == len(every) and spans_decade(every.tolist())
     low, high = (0.9 * float(positive.min()), 1.1) if is_log else (0.0, 1.05)
-    set_axis(axes, "y", "", low, max(high, 1.06 * float(every.max())), is_log)
+    set_axis(axes, "y", KeyLabel(""), low, max(high, 1.06 * float(every.max())), is_log)
     axes.tick_params(labelbottom=False)
     set_title(axes, metric.full_title)
 
@@ -254,8 +253,8 @@ def describe_value(parameter: Parameter, result: FitResult) -> str:
     name = short_key(parameter.key, [each.key for each in result.parameters])
     if parameter.deviation is None:
         return f"{name} not determined"
-    unit = format_unit(parameter.unit)
-    return f"{name} {format_interval(parameter.value, half_width(parameter), unit)}"
+    shown = parameter.displayed
+    return f"{name} {format_interval(shown.value, half_width(shown), shown.unit)}"
 
 
 def scale_of(result: FitResult, name: str) -> Scale:
@@ -509,21 +508,22 @@ def draw_profiles(result: FitResult, ax: Axes | None = None) -> Figure:
     )
     for i, parameter in enumerate(drawn):
         axes = ax or figure.add_subplot(grid[i // columns, i % columns])
-        draw_profile(axes, parameter, profiles[parameter.key], i % columns == 0)
+        profile = profiles[parameter.key]
+        profile = profile._replace(values=parameter.scale * profile.values)
+        draw_profile(axes, parameter.displayed, profile, i % columns == 0)
     for i, parameter in enumerate(notes):
         axes = ax or figure.add_subplot(grid[upper + i // columns, i % columns])
         exact = "exact to rounding: the record has no noise"
         unknown = (
             f"not determined: {parameter.note}"
             if parameter.note
-            else f"95 %: {format_profile_interval(parameter, 1, format_unit(parameter.unit))}"
+            else f"95 %: {format_profile_interval(parameter.displayed, 1, with_unit=True)}"
         )
         draw_note(axes, exact if parameter.deviation else unknown)
     panels = figure.axes if ax is None else [ax]
     for axes, parameter in zip(panels, (*drawn, *notes), strict=True):
-        value = format_interval(
-            parameter.value, half_width(parameter), format_unit(parameter.unit)
-        )
+        shown = parameter.displayed
+        value = format_interval(shown.value, half_width(shown), shown.unit)
         set_title(axes, f"{parameter.key} {value}")
     style.finish_figure(figure, heading(result), ax=ax)
     return figure
@@ -583,10 +583,8 @@ def draw_profile(axes: Axes, parameter: Parameter, profile: Profile, first: bool
     axes.set_xlim(left, right)
     least = float(profile.rise.min())  # below 0 where fits with another value are better
     axes.set_ylim(max(1.1 * least, -HIGHEST_RISE) - 0.25, HIGHEST_RISE)
-    axes.set_xlabel(
-        f"95 %: {format_profile_interval(parameter, 1, format_unit(parameter.unit))}",
-        loc="left",
-    )
+    interval = format_profile_interval(parameter, 1, with_unit=True)
+    axes.set_xlabel(f"95 %: {interval}", loc="left")
     style.set_ticks(axes.xaxis)
     if first:
         axes.set_ylabel("rise / noise variance [–]")

@@ -342,14 +342,29 @@ SYMBOLS = {
 """Symbols of keys in legends, from the paper."""
 
 
-def axis_label(axis: Axis | KeyRange) -> str:
-    """Return the label of a swept key, with the symbol of the paper where it has one."""
+class KeyLabel(NamedTuple):
+    """Label of an axis over a key, and the displayed units per SI unit."""
+
+    text: str
+    factor: float = 1.0
+
+
+def axis_label(axis: Axis | KeyRange) -> KeyLabel:
+    """Return the label of a swept key, with the symbol of the paper where it has one.
+
+    Lengths are shown in the unit that suits their ends, as on the console.
+    """
     if axis.key in AXIS_LABELS:
-        return AXIS_LABELS[axis.key]
+        return KeyLabel(AXIS_LABELS[axis.key])
     symbol = SYMBOLS.get(axis.key)
     name = axis.key.rpartition(".")[2].replace("_", " ")
-    label = f"{name} {symbol}" if symbol else axis.key
-    return f"{label} [{wording.format_unit(axis.unit) or '–'}]"
+    label, unit = f"{name} {symbol}" if symbol else axis.key, wording.format_unit(axis.unit)
+    if isinstance(axis, KeyRange):
+        ends = axis.low, axis.high
+    else:
+        ends = axis.values[0], axis.values[-1]
+    factor, unit = wording.display_unit(unit, max(map(abs, ends)))
+    return KeyLabel(f"{label} [{unit or '–'}]", factor)
 
 
 def set_title(axes: Axes, title: str, pad: float = 6.0) -> None:
@@ -378,22 +393,27 @@ def spans_decade(values: Collection[float]) -> bool:
     return low > 0 and high >= 10.0 * low
 
 
-def set_axis(axes: Axes, which: str, label: str, low: float, high: float, is_log: bool) -> None:
+def set_axis(
+    axes: Axes, which: str, label: KeyLabel, low: float, high: float, is_log: bool
+) -> None:
     """Set label, limits, scale and ticks of an axis: `which` is x or y.
 
     An x-axis without a label is that of the panel below, which has the labels of the ticks.
     """
     scale = "log" if is_log else "linear"
-    axes.set(**{f"{which}scale": scale, f"{which}lim": (low, high), f"{which}label": label})
-    set_ticks(getattr(axes, f"{which}axis"))
-    if not label:
+    axes.set(
+        **{f"{which}scale": scale, f"{which}lim": (low, high), f"{which}label": label.text}
+    )
+    set_ticks(getattr(axes, f"{which}axis"), label.factor)
+    if not label.text:
         axes.tick_params(labelbottom=False)
 
 
-def set_ticks(axis: Any) -> None:
+def set_ticks(axis: Any, factor: float = 1.0) -> None:
     """Label an axis in full, without a common power of ten, and so that no labels touch.
 
-    A logarithmic axis has labels at 1, 2 and 5 of every decade, or only at 1 if they are dense.
+    The labels are the values times a factor. A logarithmic axis has labels at 1, 2 and 5 of
+    every decade, or only at 1 if they are dense.
     """
     from matplotlib.ticker import Locator, LogLocator, MaxNLocator
 
@@ -410,9 +430,9 @@ def set_ticks(axis: Any) -> None:
     for locator in locators:
         axis.set_major_locator(locator)
         ticks = (x for x in locator.tick_values(low, high) if low <= x <= high)
-        if sum(len(tick_label(x, digits)) + 2 for x in ticks) <= room:
+        if sum(len(tick_label(factor * x, digits)) + 2 for x in ticks) <= room:
             break
-    axis.set_major_formatter(lambda x, _: tick_label(x, digits))
+    axis.set_major_formatter(lambda x, _: tick_label(factor * x, digits))
 
 
 def label_decades(axis: Any) -> None:

@@ -49,6 +49,7 @@ from drysim.plots.style import (
     T_X,
     TITLE_SIZE,
     X_DD,
+    KeyLabel,
     PlottedMetric,
     Style,
     axis_label,
@@ -265,7 +266,7 @@ class View(NamedTuple):
 
     key: str
     """Swept key of the x-axis; empty if nothing is swept."""
-    label: str
+    label: KeyLabel
     """Label of the x-axis."""
     line: Axis | None
     """Swept key by which lines differ; the first of several keys that vary together."""
@@ -377,17 +378,18 @@ def swept_files(axes: Sequence[Axis], key: str) -> Sequence[Any]:
 
 def _split_axes(
     axes: Sequence[Axis],
-) -> tuple[str, str, Collection[str], list[tuple[Axis, ...]]]:
+) -> tuple[str, KeyLabel, Collection[str], list[tuple[Axis, ...]]]:
     """Return the key of the x-axis, its label, the keys varied with it, and all other groups.
 
     Keys that are varied together form a group.
     """
     x_axis, groups = abscissa(axes), axis_groups(axes)
     if x_axis is None:
-        return "", "", (), groups
+        return "", KeyLabel(""), (), groups
     linked_keys = {axis.key for group in groups if x_axis in group for axis in group}
     others = [g for g in groups if x_axis not in g and g[0].key != DIRECTION_KEY]
-    label = FORCE_LABEL if x_axis.key in FORCE_KEYS else axis_label(x_axis)
+    is_force = x_axis.key in FORCE_KEYS
+    label = KeyLabel(FORCE_LABEL) if is_force else axis_label(x_axis)
     return x_axis.key, label, linked_keys, others
 
 
@@ -669,21 +671,22 @@ def _draw_colorbar(panels: Sequence[Axes], view: View) -> None:
     assert view.line is not None
     mappable = ScalarMappable(*color_scale(view.line))
     bar = panels[0].figure.colorbar(mappable, ax=panels, aspect=25, pad=0.02)
-    bar.set_label(axis_label(view.line))
+    label = axis_label(view.line)
+    bar.set_label(label.text)
     if view.line.key == FILE_KEY:
         places, labels = file_ticks(view.line.values)
         bar.set_ticks(places, labels=labels)
         bar.ax.tick_params(labelsize=8)
     else:
-        set_colorbar_ticks(bar)
+        set_colorbar_ticks(bar, label.factor)
 
 
-def set_colorbar_ticks(bar: Any) -> None:
-    """Label a colour bar at round values."""
+def set_colorbar_ticks(bar: Any, factor: float = 1.0) -> None:
+    """Label a colour bar at round values; the labels are these times a factor."""
     from matplotlib.ticker import MaxNLocator
 
     bar.ax.yaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 5, 10]))
-    set_ticks(bar.ax.yaxis)
+    set_ticks(bar.ax.yaxis, factor)
 
 
 def line_styles(view: View) -> list[Style]:
@@ -901,7 +904,7 @@ def set_x_axis(axes: Axes, view: View, is_labelled: bool) -> None:
     x = [value for row in rows if not isnan(value := view.x(row))] or [0.0, 1.0]
     low, high = min(x), max(x)
     margin = 0.0 if low < high else 0.5 * abs(low) or 1.0
-    label = view.label if is_labelled else ""
+    label = view.label if is_labelled else KeyLabel("")
     set_axis(axes, "x", label, low - margin, high + margin, spans_decade(x))
 
 
@@ -1054,7 +1057,7 @@ def draw_reference_level(axes: Axes, table: Table, metric: PlottedMetric) -> Non
 
 def set_bin_axis(axes: Axes, which: str, bins: Bins, is_labelled: bool = True) -> None:
     """Set scale, limits and label of an axis over bins."""
-    label = axis_label(bins.axis) if is_labelled else ""
+    label = axis_label(bins.axis) if is_labelled else KeyLabel("")
     set_axis(axes, which, label, bins.edges[0], bins.edges[-1], bins.is_log)
 
 

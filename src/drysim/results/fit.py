@@ -44,7 +44,6 @@ from drysim.wording import (
     format_number,
     format_percent,
     format_range,
-    format_unit,
     join_words,
 )
 
@@ -167,8 +166,9 @@ def parameter_rows(result: FitResult) -> Iterator[Row]:
     keys = [parameter.key for parameter in result.parameters]
     for parameter in result.parameters:
         name = short_key(parameter.key, keys)
-        value = "–" if parameter.note else format_fitted(parameter, parameter.value)
-        yield Row(name, value, describe_interval(parameter))
+        shown = parameter.displayed
+        value = "–" if parameter.note else format_fitted(shown, shown.value)
+        yield Row(name, value, describe_interval(shown))
 
 
 def metric_rows(result: FitResult) -> Iterator[Row]:
@@ -200,7 +200,7 @@ def format_fitted(parameter: Parameter, value: float) -> str:
     digits = 4
     if parameter.deviation and value:
         digits = min(max(2 + len(f"{abs(value) / parameter.deviation:.0f}"), 3), 10)
-    return f"{format_number(value, digits=digits)} {format_unit(parameter.unit)}".strip()
+    return format_number(value, parameter.unit, digits)
 
 
 def describe_interval(parameter: Parameter) -> str:

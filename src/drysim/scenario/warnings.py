@@ -315,6 +315,12 @@ def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     lengths = [(key, key, value) for key, value in _typed_limits(scenario.stroke)]
     if k_x * start / m >= HIGH_ACCELERATION:
         lengths.append(("start.x_r", "start.x_r", start))
+    varied = scenario.design.vary if scenario.design else ()
+    lengths += [
+        (axis.key, axis.key, axis.high)
+        for axis in varied
+        if axis.key in (*LIMIT_KEYS, "start.x_r")
+    ]
     lengths += [
         (what, key, check.limit)
         for what, key, check in _limits(scenario)
@@ -505,10 +511,9 @@ def _sweep_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
     for group in axis_groups(scenario.sweep):
         if len(group[0].values) == 1 and group[0].key != DIRECTION_KEY:
             each, them = (" of each", "them") if len(group) > 1 else ("", "it")
-            sentence = (
-                f"sweep of {join_words([axis.key for axis in group])} has a single value{each}; "
-                f"set {them} in the scenario instead"
-            )
+            keys = join_words([axis.key for axis in group])
+            remedy = f"set {them} in the scenario instead"
+            sentence = f"sweep of {keys} has a single value{each}; {remedy}"
             yield WarningMessage("sweep-changes-nothing", sentence, {"values": 1})
     for axis in scenario.sweep:
         if why := _why_without_effect(scenario, axis):

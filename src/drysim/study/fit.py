@@ -265,7 +265,9 @@ class FitResult(Result):
         )
 
 
-def format_profile_interval(parameter: Parameter, more: int = 0, unit: str = "") -> str:
+def format_profile_interval(
+    parameter: Parameter, more: int = 0, with_unit: bool = False
+) -> str:
     """Return the profile interval of a parameter, to the digits in which its ends differ.
 
     Where one end is not known, the digits are those of an interval by the deviation.
@@ -275,6 +277,7 @@ def format_profile_interval(parameter: Parameter, more: int = 0, unit: str = "")
     if parameter.profile_low is not None and parameter.profile_high is not None:
         width = parameter.profile_high - parameter.profile_low
     largest = max((abs(end) for end in ends if end is not None), default=0.0)
+    unit = parameter.unit if with_unit else ""
     return format_range(*ends, unit, interval_digits(width, largest, more))
 
 

@@ -37,6 +37,7 @@ from drysim.study.fit_profiles import (
     profile_of,
 )
 from drysim.study.store import Store
+from drysim.wording import display_unit, format_unit
 
 MAX_STARTS = 6
 """Number of starts that are followed to the end: those with the lowest sums of squares, among
@@ -94,6 +95,22 @@ class Parameter(NamedTuple):
     """What the record does not tell, one sentence; usually empty."""
     bound: float | None = None
     """The bound that the value lies at; None for a value between its bounds."""
+
+    @property
+    def scale(self) -> float:
+        """Displayed units per SI unit, as in `display_unit`."""
+        return display_unit(self.unit, self.value)[0]
+
+    @property
+    def displayed(self) -> Parameter:
+        """The parameter in the unit in which it is shown."""
+        _, symbol = display_unit(format_unit(self.unit), self.value)
+        numbers: dict[str, Any] = {
+            name: self.scale * number
+            for name, number in self._asdict().items()
+            if isinstance(number, float)
+        }
+        return self._replace(unit=symbol, **numbers)
 
 
 class ChannelFit(NamedTuple):

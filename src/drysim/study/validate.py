@@ -9,13 +9,15 @@ from os import PathLike
 
 from drysim.errors import Problem, RecordError, ScenarioError, UsageError, WarningMessage
 from drysim.excitation.recorded import Record
+from drysim.scenario.axes import SWEEP_KEY
+from drysim.scenario.design import DESIGN_KEY
 from drysim.scenario.load import NO_FILE, load
 from drysim.scenario.load import scenario as make_scenario
 from drysim.scenario.model import Scenario
 from drysim.scenario.text import describe_clean_up
 from drysim.study.preparation import prepare, without_fit_checks
 from drysim.wording import format_count
-from drysim.yaml_document import Overrides
+from drysim.yaml_document import KeyPath, Overrides
 
 
 def validate(
@@ -103,6 +105,7 @@ def locate_warning(scenario: Scenario, warning: WarningMessage, file: str) -> Pr
     key = KEYS_BY_WARNING.get(
         warning.slug, record if warning.slug.startswith(RECORD_WARNING) else ""
     )
+    varied = varied_places(scenario)
     keys = [
         *(key for key in warning.numbers if key.startswith(LISTED)),
         *KEY.findall(warning.sentence),
@@ -110,11 +113,20 @@ def locate_warning(scenario: Scenario, warning: WarningMessage, file: str) -> Pr
         measured if key == MEASURED else key,
     ]
     for key in keys:
-        path = tuple(key.split("."))
+        path = varied.get(key, tuple(key.split(".")))
         if document is not None and path[0] in blocks:
             problem = document.locate(path, key=True).problem(warning.sentence, key)
             return replace(problem, severity="warning")
     return Problem(warning.sentence, file, severity="warning")
+
+
+def varied_places(scenario: Scenario) -> dict[str, KeyPath]:
+    """Return where the file has the values of each varied key."""
+    axes, places = scenario.sweep, dict[str, KeyPath]()
+    if scenario.design is not None:
+        axes += scenario.design.conditions.axes
+        places = {axis.key: (DESIGN_KEY, "vary", axis.key) for axis in scenario.design.vary}
+    return places | {axis.key: axis.location or (SWEEP_KEY, axis.key) for axis in axes}
 
 
 def _load(
