@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from outcomes import stand_in
 from peers import heyoka
-from seat import rows_of
+from seat import fields_of, rows_of
 
 from drysim.approach import APPROACHES_BY_NAME
 from drysim.bench import hard_cases, scipy_ivp, score, timing
@@ -119,7 +119,9 @@ def test_reference_whose_two_runs_differ_is_in_doubt_and_not_the_exact_approach(
     monkeypatch.setattr(scipy_ivp, "REFERENCE_SETTING", ("RK45", 1e-3))
     answer = bench(SLIDING, "--json")
     assert answer.code == 0
-    first, *_, last = json.loads(answer.out)["cases"][0]["scores"]
+    told = json.loads(answer.out)
+    assert "reference-in-doubt" in [warning["slug"] for warning in told["warnings"]]
+    first, *_, last = told["cases"][0]["scores"]
     assert first["verdict"].startswith("in doubt, two runs of the reference differ by")
     assert first["error_x_r"] is None
     assert last["verdict"] == first["verdict"]
@@ -299,12 +301,19 @@ def test_failure_of_one_approach_is_a_row_and_exit_code_0(bench, monkeypatch):
     assert "hapless: ZeroDivisionError" in answer.out
 
 
+def test_bench_of_many_seeds_is_that_of_the_first(bench):
+    answer = bench(NOISE.replace("seed: 5", "seeds: 5"), "--json")
+    assert [each["slug"] for each in json.loads(answer.out)["warnings"]] == ["one-seed"]
+
+
 def test_varying_normal_force_is_known_to_no_peer_and_said(drysim, tmp_path):
     words = SLIDING.replace("45}", "45, normal_variation: {amplitude: 0.3, frequency: 1.7}}")
     (tmp_path / "sliding.yaml").write_text(words)
     answer = drysim("bench", "sliding.yaml", *SMALL, "--no-plots")
     assert answer.code == 0
     assert "no other program supports a varying normal force: only drysim's" in answer.err
+    warnings = fields_of(tmp_path / "out/sliding-bench")["warnings"]
+    assert "no-peers" in [warning["slug"] for warning in warnings]
     table = (tmp_path / "out/sliding-bench/speed_error.csv").read_text()
     assert "exact by its energy balance" in table
 

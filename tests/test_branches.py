@@ -368,8 +368,16 @@ def test_a_branch_that_is_lost_is_not_called_grazing(tmp_path):
     result = drysim.branches(paper(tmp_path, 0.5))
     assert not bifurcations(result, "grazing")
     assert result.branches[1].ends == ("range", "limit")
-    (sentence,) = warned_of(result).values()
+    ((slug, sentence),) = warned_of(result).items()
+    assert slug == "branch-lost"
     assert sentence.startswith("the continuation failed at 1 place (1.25")
+
+
+def test_starts_that_do_not_settle_are_warned_of(tmp_path, monkeypatch):
+    seeds = Study.seeds
+    monkeypatch.setattr(Study, "seeds", lambda *words: seeds(*words)._replace(lost=2))
+    result = drysim.branches(paper(tmp_path, 0.5))
+    assert "2 of " in warned_of(result)["starts-not-settled"]
 
 
 def test_a_branch_with_too_many_points_is_warned_of(tmp_path, monkeypatch):

@@ -45,6 +45,9 @@ def slugs():
         ({"oscillator__stiffness": 7.5}, "looks-like-grams", "(`7.5 N/mm`)"),
         ({"excitation__phase": 90}, "looks-like-degrees", "`90 deg`"),
         ({"oscillator": {**PLANT, "damping_ratio": 33.3}}, "looks-like-percent", "`33.3 %`"),
+        ({"solver": {"step": 1e-3, "approach": "smooth", "smooth": {"sharpness": 1e5,
+         "method": "rk4"}}, "friction__static": 15}, "smooth-stiff",
+         "smooth with rk4 is unstable above about 2.8"),
         ({"solver__step": 0.05}, "coarse-step", "12.5 steps per period at 1.6 Hz; 0.031 s"),
     ],
 )  # fmt: skip

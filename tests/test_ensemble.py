@@ -82,6 +82,8 @@ def test_response_is_that_of_the_first_seed(noisy):
     many, alone = run(load(noisy, {SEEDS: 2})), run(load(noisy))
     assert many.response.x_r.tobytes() == alone.response.x_r.tobytes()
     assert len(many.events) == len(alone.events)
+    shown = run(load(noisy, {SEEDS: 2, "measure.spectra": True})).warnings
+    assert "spectra-of-one-seed" in [warning.slug for warning in shown]
 
 
 @pytest.mark.parametrize("wish", [{}, {UNTIL: {"metric": "T_a", "half_width": "0.6 %"}}])

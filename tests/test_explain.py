@@ -19,6 +19,8 @@ from drysim.manual.words import (
     LAW,
     METRIC,
     TERMS,
+    UNIT,
+    WARNING,
     Entry,
     entries,
     explain,
@@ -170,6 +172,29 @@ def test_columns_and_labels_are_followed_by_the_key_of_their_name():
 )
 def test_unknown_word_leads_to_the_next_step(refused, word, hint):
     assert hint in refused("explain", word)
+
+
+UNNAMED_WARNINGS = {
+    "files-changed": "`summarise` alone shows it, as a sentence: test_report, test_bad_input",
+}
+"""Warnings that no test names by their slug, and why."""
+
+
+def test_every_warning_is_named_by_a_test_that_meets_it():
+    here = Path(__file__)
+    modules = [file for file in here.parent.rglob("test_*.py") if file != here]
+    text = "".join(file.read_text(encoding="utf-8") for file in modules)
+    slugs = {entry.word for entry in entries() if entry.kind == WARNING}
+    named = {slug for slug in slugs if re.search(rf"(?<![\w-]){slug}(?![\w-])", text)}
+    assert slugs - named == UNNAMED_WARNINGS.keys()
+
+
+def test_units_that_nobody_means_are_no_answer(refused):
+    # pint reads them as milli-years, attometres, deci-years, picoinches and years.
+    for word in ("ma", "am", "da", "pin", "a"):
+        assert f"nothing is known about `{word}`" in refused("explain", word)
+    for word in ("um", "µm", "ft", "lbf", "mil", "millimetre", "lbf/in", "%"):
+        assert explain(word)[0].kind == UNIT, word
 
 
 def test_list_shows_every_word_but_keys_in_blocks_once_in_its_group(drysim):

@@ -143,7 +143,11 @@ def test_lines_wider_than_the_resonance_are_a_warning(seat):
     [
         ({"measure.segment": 500}, "measure.segment", "longer than the window of 395 s"),
         ({"measure.segment": 0.01}, "measure.segment", "at least 0.08 s, 16 steps"),
-        ({"measure.spectra": False}, "measure.segment", "requires `spectra: true`"),
+        (
+            {"measure.spectra": False},
+            "measure.segment",
+            "is that of spectra, which `spectra: false` turns off",
+        ),
         (
             {"excitation": {"kind": "harmonic", "frequency": 1, "rms": 1}},
             "measure.spectra",

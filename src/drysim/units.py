@@ -207,6 +207,24 @@ def is_known_unit(text: str) -> bool:
     return False
 
 
+USUAL_PREFIXES = ("mega", "kilo", "centi", "milli", "micro", "nano")
+PREFIXED_UNITS = ("meter", "gram", "second", "newton", "hertz", "joule", "radian")
+"""Prefixes and units of which pint's compounds are units that somebody writes."""
+
+
+def is_usual_unit(text: str) -> bool:
+    """Return whether a unit is one that somebody writes, unlike `ma`, pint's milli-year."""
+    spelling = _canonical_spelling(text)
+    if any(spelling in spellings for spellings in UNIT_FACTORS.values()):
+        return True
+    if not spelling.isalpha():  # a compound, such as `lbf/in`
+        return True
+    return len(spelling) > 1 and any(
+        not prefix or (prefix in USUAL_PREFIXES and unit in PREFIXED_UNITS)
+        for prefix, unit, _ in _registry().parse_unit_name(spelling)
+    )
+
+
 def _canonical_spelling(unit_text: str) -> str:
     """Return a unit in the spelling of `UNIT_FACTORS`."""
     spelling = re.sub(

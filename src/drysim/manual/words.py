@@ -25,7 +25,7 @@ from drysim.scenario.assess import ASSESS_KEY
 from drysim.scenario.keys import TAG_KEYS
 from drysim.scenario.laws import DEFAULT_LAW, LAW_KEY
 from drysim.study.gallery import SCHEMA_FILE, folder
-from drysim.units import QUANTITY_NAMES, conversion_factor
+from drysim.units import QUANTITY_NAMES, conversion_factor, is_usual_unit
 
 
 class Entry(NamedTuple):
@@ -478,6 +478,8 @@ def _dotted_entries() -> list[Entry]:
 
 def _units(word: str) -> list[Entry]:
     """Return the meanings of a unit, one for each quantity that it measures."""
+    if not is_usual_unit(word):
+        return []
     meanings = []
     for unit, quantity in QUANTITY_NAMES.items():
         with contextlib.suppress(ValueError):

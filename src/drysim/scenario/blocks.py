@@ -361,9 +361,18 @@ class Measure(Block):
     """Whether a run computes the spectra of base and mass and the transmissibility H1; for
     random base motion and records. `{bands: third-octave}` adds RMS values in bands."""
     segment: Annotated[float, Quantity("s", above=0)] | None = None
-    """Length of a segment for the spectra [s]; the frequency resolution is 1/segment. Default:
+    """Length of a segment for the spectra [s], which a run then computes, as an assessment
+    always does; the frequency resolution is 1/segment. Default:
     8 natural periods, at least 5 s (longer without friction if the resonance is narrower than
     the resolution), at most an eighth of the window."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _ask_for_spectra(cls, block: Any) -> Any:
+        """Compute the spectra whose segment is stated."""
+        if isinstance(block, dict) and block.get("segment") is not None:
+            return {"spectra": True, **block}
+        return block
 
     @model_validator(mode="after")
     def _agree(self) -> Self:
@@ -377,7 +386,9 @@ class Measure(Block):
         if self.exposure is not None and self.weights is None:
             raise InvalidValue("requires `direction` or `weighting`", "exposure")
         if self.segment is not None and not self.spectra:
-            raise InvalidValue("requires `spectra: true`", "segment")
+            raise InvalidValue(
+                "is that of spectra, which `spectra: false` turns off", "segment"
+            )
         return self
 
     @property
