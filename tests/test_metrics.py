@@ -11,6 +11,7 @@ from paths import measured_path
 import drysim
 from drysim.core.model import StrokeLimits
 from drysim.metrics.stroke import hourly_stroke
+from drysim.metrics.text import describe_residual
 from drysim.scenario.model import scene_period
 
 SEAT = """\
@@ -216,3 +217,9 @@ def test_stroke_that_suffices_knows_the_settling(seat):
     metrics = drysim.run(drysim.load(seat, slow | times)).metrics
     assert metrics["stroke_suffices"] == 0.05 > metrics["x_r_peak"]
     assert metrics["stroke_once_an_hour"] is None
+
+
+def test_residual_that_is_rounding_is_shown_without_its_digits():
+    assert describe_residual(8e-16, "at most ") == "residual below 1e-14"
+    assert describe_residual(2.345e-12, "at most ") == "residual at most 2.3e-12"
+    assert describe_residual(None) == "residual not known"

@@ -61,13 +61,10 @@ PROGRAMS = [
 
 ROUNDING = (
     (r"\d+\.\d+\.\d+", "version"),
-    (r"(?<=residual )0(?![.\d])", "tiny "),
-    (r"(?<=residual at most )0(?![.\d])", "tiny "),
     (r"\d+(?:\.\d+)?e-\d+ *", "tiny "),
     (r"\d+\.\d+", lambda number: f"{float(number[0]):.9g}"),
 )
-"""What may differ between machines: versions, residuals (0 with luck), and digits behind the
-ninth."""
+"""What may differ between machines: versions, tiny numbers, and digits behind the ninth."""
 
 
 def rounded(text):

@@ -90,6 +90,17 @@ def format_metric_range(name: str, ends: tuple[float, float]) -> str:
     return format_range(factor * low, factor * high, unit, RANGE_DIGITS)
 
 
+RESIDUAL_OF_ROUNDING = 1e-14
+"""Residual of the energy balance below which it is rounding, other on each machine [-]."""
+
+
+def describe_residual(residual: float | None, end: str = "") -> str:
+    """Return the residual of the energy balance as a phrase; `end` says which of many it is."""
+    if residual is not None and abs(residual) < RESIDUAL_OF_ROUNDING:
+        return f"residual below {RESIDUAL_OF_ROUNDING:g}"
+    return f"residual {end}{format_number(residual, digits=2)}"
+
+
 def format_metric_ranges(ends: Mapping[str, tuple[float, float]]) -> str:
     """Return the ranges of the most important metrics, from (least, greatest) by name."""
     return ", ".join(

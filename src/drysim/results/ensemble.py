@@ -13,6 +13,7 @@ from drysim.metrics.table import HOURLY_STROKE, METRICS_BY_NAME, PEAK_STROKE
 from drysim.metrics.text import (
     MEANINGS,
     describe_main_numbers,
+    describe_residual,
     format_value,
 )
 from drysim.results.fields import excitation_fields, stored_fields
@@ -110,8 +111,7 @@ def ensemble_rows(ensemble: Ensemble) -> Iterator[Row]:
     yield from _limit_rows(ensemble)
     residual = ensemble.statistics["energy_residual"]
     if residual:
-        number = format_number(residual.greatest[0], digits=2)
-        yield Row("energy", f"residual at most {number}")
+        yield Row("energy", describe_residual(residual.greatest[0], "at most "))
     if lost := sum(row.status != OK for row in ensemble.rows):
         yield Row("failed", format_count(lost, "seed"), tone=BAD)
 

@@ -17,6 +17,7 @@ from drysim.metrics.table import EXPOSURE, HOURLY_STROKE, METRICS, PEAK_STROKE, 
 from drysim.metrics.text import (
     MEANINGS,
     describe_main_numbers,
+    describe_residual,
     format_labelled,
     format_value,
     label_of,
@@ -187,8 +188,7 @@ def run_rows(outcome: Outcome) -> Iterator[Row]:
         yield Row("limit", f"exceeded {count},", when, BAD)
     events = format_count(len(outcome.response.events), "event")
     yield _metric_value_row(metrics, "stuck_share", events)
-    residual = format_number(metrics["energy_residual"], digits=2)
-    yield Row("energy", f"residual {residual}")
+    yield Row("energy", describe_residual(metrics["energy_residual"]))
     if (error := outcome.response.numerics.error) is not None:
         what = "estimated error of x_r, relative to its peak"
         yield Row("error", format_number(error, digits=2), what)

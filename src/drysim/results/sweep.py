@@ -19,6 +19,7 @@ from drysim.metrics.table import METRICS, PEAK_STROKE
 from drysim.metrics.text import (
     KEY_RATIOS,
     MEANINGS,
+    describe_residual,
     format_metric_range,
     format_metric_ranges,
     format_value,
@@ -184,8 +185,7 @@ def table_rows(table: Table) -> Iterator[Row]:
     if ends := tally.extremes.get("stuck_share"):
         yield _stuck_row(table, tally, ends)
     if ends := tally.extremes.get("energy_residual"):
-        residual = format_number(ends[1].value, digits=2)
-        yield Row("energy", f"residual at most {residual}")
+        yield Row("energy", describe_residual(ends[1].value, "at most "))
     yield from _failure_rows(table)
 
 
