@@ -253,14 +253,6 @@ def test_metric_that_some_seeds_do_not_have_gives_no_interval_of_the_optimum():
     assert optimum_region(result, found) is None
 
 
-def test_stroke_limit_holds_with_every_seed_settling_included():
-    result = design_of(NOISE, WIDE, "SEAT", overrides={"stroke.limit": "14 mm"})
-    assert result.best is not None
-    (row,) = result.best.rows
-    assert 0.9 < max(row.over.values["stroke_used"]) <= 1.0
-    assert row.metrics["stroke_used"] < max(row.over.values["stroke_used"])
-
-
 def test_end_towards_which_a_limit_with_every_seed_pushes_the_optimum_is_open():
     # More seeds have a larger stroke, which takes more damping; resampling does not show it.
     tight = {"excitation.duration": 80, "stroke.limit": "14 mm"}
@@ -346,12 +338,6 @@ def test_best_design_runs_with_the_same_metrics(command):
     assert float(row["oscillator.damping [N*s/m]"]) == best.oscillator.damping
     resolved = drysim.load("out/study-design/scenario.yaml")
     assert resolved.design == drysim.load("study.yaml").design
-
-
-def test_limits_of_the_study_are_the_checks_of_the_best_design():
-    result = design_of(within="[x_r_peak < 8 mm]")
-    assert [str(check) for check in result.scenario.checks] == ["x_r_peak < 8 mm"]
-    assert drysim.run(result.scenario).exit_code() == 0
 
 
 @pytest.mark.parametrize(
@@ -599,6 +585,9 @@ def test_stroke_limit_of_every_seed_is_not_the_limit_of_their_mean():
     assert mean.best.objectives[0] < strict.best.objectives[0]
     slugs = [[one.slug for one in result.warnings] for result in (strict, mean)]
     assert ["stroke-violated" in one for one in slugs] == [False, True]
+    (row,) = strict.best.rows
+    assert 0.9 < max(row.over.values["stroke_used"]) <= 1.0  # settling included
+    assert row.metrics["stroke_used"] < max(row.over.values["stroke_used"])
 
 
 def test_name_of_the_stroke_limit_is_the_same_everywhere(command):
@@ -656,15 +645,19 @@ def test_hourly_stroke_and_damping_name_the_mass_and_bounds_are_binding():
 
 
 @pytest.mark.parametrize(
-    ("key", "most", "metric", "is_said"),
-    [("stroke.offset", 0.02, "stroke_used", True), ("friction.kinetic", 40, "T_a", False)],
+    ("key", "low", "high", "metric", "is_said"),
+    [
+        ("stroke.offset", 0, 0.02, "stroke_used", True),
+        ("friction.kinetic", 10, 40, "T_a", True),
+        ("friction.kinetic", 0, 40, "T_a", False),
+    ],
 )
-def test_zero_binds_a_design_only_if_its_key_can_be_negative(key, most, metric, is_said):
+def test_zero_binds_a_design_only_if_its_key_can_be_negative(key, low, high, metric, is_said):
     scene = SINE.replace("2 Hz", "4 Hz") + "friction: {kinetic: 10}\n"
     scene += "stroke: {limit: 90 mm, offset: 0}\n"
-    found = design_of(scene, f"{key}: {{from: 0, to: {most}}}", metric, evaluations=12)
-    assert found.best.values[key] == 0.0
-    said = "lower end of its range"
+    found = design_of(scene, f"{key}: {{from: {low}, to: {high}}}", metric, evaluations=12)
+    assert found.best.values[key] == low
+    said = "lower end of its range; a better design may lie beyond"
     assert any(said in row.remark for row in best_rows(found)) == is_said
 
 
@@ -753,15 +746,6 @@ def test_star_of_the_best_design_lies_above_all_other_marks():
     others = [style for name, style in vars(design).items() if name.endswith("_STYLE")]
     highest = max(style.get("zorder", 2) for style in others if style is not design.BEST_STYLE)
     assert design.BEST_STYLE["zorder"] > highest
-
-
-@pytest.mark.parametrize(("low", "said"), [(0, False), (10, True)])
-def test_bound_of_a_key_is_no_end_beyond_which_a_better_design_may_lie(low, said):
-    scene = SINE.replace("2 Hz", "5 Hz") + "friction: {law: coulomb, kinetic: 20}\n"
-    result = design_of(scene, f"friction.kinetic: {{from: {low}, to: 40}}", evaluations=12)
-    assert result.best.values["friction.kinetic"] == low
-    remarks = [row.remark for row in best_rows(result)]
-    assert any("a better design may lie beyond" in remark for remark in remarks) == said
 
 
 def test_picture_of_a_front_marks_its_ends():

@@ -49,19 +49,25 @@ def problem_of(folder, text, **words):
 # what is read
 
 
-def test_header_comments_bom_crlf_quotes_and_units_of_a_spreadsheet_are_understood():
-    motion = record(DATA, file="spreadsheet.csv", time="t", column="u_dd").motion()
-    assert motion.u_dd.tolist() == [0.5, -0.25, 0.1, 0.75]
-    assert motion.dt == 0.0025
-
-
-def test_decimal_commas_are_read_between_semicolons():
-    motion = record(DATA, file="decimal-comma.csv", time="t").motion()
-    np.testing.assert_allclose(motion.u_dd, np.array([0.1, -0.2, 0]) * 9.80665, rtol=1e-15)
-    assert motion.dt == 0.01
-
-
 G = 9.80665
+
+
+@pytest.mark.parametrize(
+    ("file", "words", "u_dd", "dt"),
+    [
+        # comments, a mark at the beginning, CRLF, quotes
+        ("spreadsheet.csv", {"time": "t", "column": "u_dd"}, [0.5, -0.25, 0.1, 0.75], 0.0025),
+        ("decimal-comma.csv", {"time": "t"}, [0.1 * G, -0.2 * G, 0], 0.01),
+        ("blanks.txt", {"time": "time [s]", "column": "u_dd [m/s2]"}, [1, 2, 4], 0.004),
+        ("bare.dat", {"unit": "m/s2", "rate": 400}, [0.25, -0.5, 1], 0.0025),
+    ],
+)
+def test_tables_of_any_layout_are_read(file, words, u_dd, dt):
+    motion = record(DATA, file=file, **words).motion()
+    assert motion.u_dd.tolist() == pytest.approx(u_dd, rel=1e-15)
+    assert motion.dt == dt
+
+
 UNDERSTOOD = {
     "decimal commas": ("a [m/s2]\n0,5\n-0,25\n1\n", {"step": 1}, [0.5, -0.25, 1]),
     "commas later": ("a [m/s2]\n1\n0,5\n-0,25\n", {"step": 1}, [1, 0.5, -0.25]),
@@ -103,16 +109,6 @@ def test_quick_and_careful_pass_agree_on_one_column_with_decimal_commas(tmp_path
     careful = motion_of(tmp_path, text, step=0.01).u_dd
     assert np.array_equal(quick, values)
     assert np.array_equal(careful, values)
-
-
-def test_columns_may_be_parted_by_blanks_even_in_the_header():
-    motion = record(DATA, file="blanks.txt", time="time [s]", column="u_dd [m/s2]").motion()
-    assert (motion.u_dd.tolist(), motion.dt) == ([1.0, 2.0, 4.0], 0.004)
-
-
-def test_one_bare_column_needs_no_name():
-    motion = record(DATA, file="bare.dat", unit="m/s2", rate=400).motion()
-    assert (motion.u_dd.tolist(), motion.dt) == ([0.25, -0.5, 1.0], 0.0025)
 
 
 @pytest.mark.parametrize("mark", [",", ";", "\t", "  ", " , "])
@@ -320,18 +316,19 @@ def test_faulty_cell_is_named_by_row_and_column(tmp_path, cell, sentence):
     assert found.column == (7 if '"' in cell else 6)
 
 
-@pytest.mark.parametrize("header", ["t [s],a [g],b\n", "# no names\n"])
-def test_quotation_mark_that_is_not_closed_is_named(tmp_path, header):
-    text = f'{header}0,1,2\n1,"2,3\n9,9,9\n'
-    found = problem_of(tmp_path, text, column=2, unit="g", rate=1)
-    assert found.sentence == 'row 3 has a quotation mark that is not closed: `"2,3`'
-    assert (found.line, found.source.strip()) == (3, '"2,3')
-
-
-def test_quotation_mark_in_the_first_row_is_named_though_all_others_are_counted_by_it(tmp_path):
-    for names in ("a [g],b", "a [g],b,c"):
-        found = problem_of(tmp_path, f'{names}\n0,"1,2\n1,2,3\n', column="a", rate=1)
-        assert found.sentence == 'row 2 has a quotation mark that is not closed: `"1,2`'
+@pytest.mark.parametrize(
+    ("text", "column", "row", "cell"),
+    [
+        ('t [s],a [g],b\n0,1,2\n1,"2,3\n9,9,9\n', 2, 3, '"2,3'),
+        ('# no names\n0,1,2\n1,"2,3\n9,9,9\n', 2, 3, '"2,3'),
+        ('a [g],b\n0,"1,2\n1,2,3\n', 1, 2, '"1,2'),  # the row by which others are counted
+        ('a [g],b,c\n0,"1,2\n1,2,3\n', 1, 2, '"1,2'),
+    ],
+)
+def test_quotation_mark_that_is_not_closed_is_named(tmp_path, text, column, row, cell):
+    found = problem_of(tmp_path, text, column=column, unit="g", rate=1)
+    assert found.sentence == f"row {row} has a quotation mark that is not closed: `{cell}`"
+    assert (found.line, found.source.strip()) == (row, cell)
 
 
 def test_header_with_a_quotation_mark_that_is_not_closed_is_named(tmp_path):
@@ -639,14 +636,13 @@ def test_gravity_left_in_a_record_is_a_fault_with_its_remedies(tmp_path, unit, g
         assert {one.slug for one in given} <= {"displacement-ends"}
 
 
-def test_gravity_is_taken_away_beside_what_else_is_removed(tmp_path):
+def test_gravity_is_taken_away_as_a_line_of_a_velocity_and_beside_what_else_is_removed(
+    tmp_path,
+):
     words = {"step": 0.1, "remove": {"above": "2 Hz", "order": 3}}
     said = problem_of(tmp_path, text_of(9.81 + SLOW), **words).sentence
     assert "remove it with `remove: {trend: mean, above: 2 Hz, order: 3}`" in said
     assert "or a high-pass, `remove: {below: 0.3 Hz, above: 2 Hz, order: 3}`," in said
-
-
-def test_gravity_of_a_velocity_record_is_a_line(tmp_path):
     text = text_of(9.81 * 0.1 * np.arange(500) + SLOW, "m/s")
     said = problem_of(tmp_path, text, step=0.1, quantity="velocity").sentence
     assert "remove it with `remove: line`" in said

@@ -74,13 +74,12 @@ def test_first_key_varies_fastest_and_the_reference_comes_last(grid):
     assert [dict(row.point) for row in reference] == [
         {"excitation.frequency": f} for f in (1.0, 2.0, 3.0, 4.0)
     ]
-
-
-def test_case_of_a_sweep_is_what_a_run_of_it_gives(grid):
-    row = list(sweep(load(grid)).of("stick-slip"))[6]
-    overrides = {"excitation.frequency": 3, "friction.kinetic": 45}
-    alone = run(load(grid, overrides)).metrics
-    assert {name: alone[name] for name in row.metrics} == dict(row.metrics)
+    alone = run(load(grid, {"excitation.frequency": 3, "friction.kinetic": 45})).metrics
+    assert {name: alone[name] for name in own[6].metrics} == dict(own[6].metrics)
+    first, second = table.checks
+    worst = max(own, key=lambda row: row.metrics["T_a"])
+    assert (first.value, first.where) == (worst.metrics["T_a"], dict(worst.point))
+    assert second.where["excitation.frequency"] == 4.0
 
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
@@ -171,16 +170,6 @@ def test_blocks_of_another_sweep_is_refused(grid, tmp_path):
     other = load(grid, {"oscillator.mass": 76})
     with pytest.raises(UsageError, match="cases of other work"):
         Store(tmp_path / "cases", work_identity(other), resume=True)
-
-
-def test_checks_are_judged_by_their_worst_case(grid):
-    table = sweep(load(grid))
-    first, second = table.checks
-    worst = max(table.of("stick-slip"), key=lambda row: row.metrics["T_a"])
-    assert first.value == worst.metrics["T_a"]
-    assert first.where == dict(worst.point)
-    assert second.where is not None
-    assert second.where["excitation.frequency"] == 4.0
 
 
 def test_stroke_violations_are_summed_up_with_their_worst_case(grid):
@@ -376,8 +365,14 @@ def test_one_case_is_many_seeds_side_by_side(noisy):
     assert vars(one[0]) == vars(four[0])
 
 
-def test_columns_tell_how_well_the_means_are_known(drysim, noisy, tmp_path):
-    assert drysim("sweep", noisy).code == 0
+def test_columns_and_summary_tell_how_well_the_means_are_known(drysim, noisy, tmp_path):
+    answer = drysim("sweep", noisy, "--no-plots")
+    assert answer.code == 0
+    assert "seeds       5 in every case, from 3 to 7; values are mean" in answer.out
+    assert "widest interval: 0." in answer.out
+    assert "exceeded in 2 of 4 cases; up to 191 % of it is used at kinetic 15 N" in answer.err
+    plan = drysim("sweep", noisy, "--dry-run").out
+    assert plan.startswith("noisy: 4 cases by stick-slip and viscous, each 5 seeds;")
     found = rows_of(tmp_path / "out" / "noisy" / "transmissibility.csv")
     table = sweep(load(noisy))
     for cells, row in zip(found, table.rows, strict=True):
@@ -388,9 +383,6 @@ def test_columns_tell_how_well_the_means_are_known(drysim, noisy, tmp_path):
     told = fields_of(tmp_path / "out" / "noisy")
     assert told["numerics"]["seeds"] == {"least": 5, "greatest": 5}
     assert told["metrics"]["T_a"]["least"]["half_width"] > 0
-
-
-def test_columns_of_single_seeds_are_as_they_were(drysim, noisy, tmp_path):
     drysim("sweep", noisy, "--no-plots", "--set", "excitation.seeds=null")
     (first, *_) = rows_of(tmp_path / "out" / "noisy" / "transmissibility.csv")
     assert [*first][-1] == "status"
@@ -404,15 +396,6 @@ def test_checks_of_a_sweep_judge_means_and_name_what_is_not_decided(noisy):
     assert failed.undecided
     (warning,) = [one for one in table.warnings if one.slug == "check-undecided"]
     assert "is undecided in 1 of 4 cases, the first at kinetic 15 N, " in warning.sentence
-
-
-def test_a_summary_tells_seeds_and_intervals(drysim, noisy):
-    answer = drysim("sweep", noisy, "--no-plots")
-    assert "seeds       5 in every case, from 3 to 7; values are mean" in answer.out
-    assert "widest interval: 0." in answer.out
-    assert "exceeded in 2 of 4 cases; up to 191 % of it is used at kinetic 15 N" in answer.err
-    plan = drysim("sweep", noisy, "--dry-run").out
-    assert plan.startswith("noisy: 4 cases by stick-slip and viscous, each 5 seeds;")
 
 
 def test_the_number_of_seeds_may_be_swept(noisy):
@@ -553,6 +536,9 @@ def test_extremes_are_the_first_of_their_kind(tally_many):
         values = [row.metrics[metric] for row in own]
         assert least.row.point == own[values.index(min(values))].point
         assert most.row.point == own[values.index(max(values))].point
+    rows = list(table)
+    for i in (0, 333, len(rows) - 1):
+        assert table[i] == rows[i]
 
 
 def test_cases_without_numbers_are_counted_by_their_reason():
@@ -587,13 +573,6 @@ def test_case_without_metrics_fails_the_checks_that_apply_to_it(status):
         assert every.where == here.where == lost
         assert every.described_value == f"{status}: x_r_peak is not known"
         assert none.described_value == "no case meets the condition"
-
-
-def test_row_of_a_block_is_that_of_its_iteration(tally_many):
-    table = tally_sweep.sweep(tally_many)
-    rows = list(table)
-    for i in (0, 333, len(rows) - 1):
-        assert table[i] == rows[i]
 
 
 def test_large_table_is_written_as_a_small_one(tally_many, tmp_path, monkeypatch):
