@@ -138,38 +138,20 @@ def refusal(path) -> str:
     return fault.value.problem.sentence
 
 
-def test_missing_file_is_refused_with_its_neighbour(tmp_path):
-    (tmp_path / "seat.yaml").touch()
+def test_what_is_no_file_of_a_scenario_is_refused_with_a_remedy(tmp_path):
     meant = tmp_path / "seat.yaml"
+    assert refusal(tmp_path) == "this is a folder; name a file in it"
+    meant.touch()
+    assert refusal(tmp_path) == f"this is a folder; did you mean `{meant}`?"
     assert refusal(tmp_path / "saet.yaml") == f"no such file; did you mean `{meant}`?"
     assert refusal(tmp_path / "no" / "seat.yaml") == "no such file"
-
-
-def test_link_that_leads_nowhere_is_told_as_such_and_not_as_itself(tmp_path):
-    (tmp_path / "seat.yaml").symlink_to("moved.yaml")
-    sentence = "no such file: broken symbolic link"
-    assert refusal(tmp_path / "seat.yaml") == sentence
-
-
-def test_folder_is_refused_with_the_scenario_in_it(tmp_path):
-    assert refusal(tmp_path) == "this is a folder; name a file in it"
-    (tmp_path / "seat.yaml").touch()
-    meant = tmp_path / "seat.yaml"
-    assert refusal(tmp_path) == f"this is a folder; did you mean `{meant}`?"
-
-
-def test_pipe_is_refused_without_waiting_for_it(tmp_path):
+    (tmp_path / "link.yaml").symlink_to("moved.yaml")
+    assert refusal(tmp_path / "link.yaml") == "no such file: broken symbolic link"
     os.mkfifo(tmp_path / "pipe")
     assert refusal(tmp_path / "pipe") == "this is a pipe; name a file"
     assert refusal("/dev/zero") == "this is a device; name a file"
-
-
-def test_file_above_a_megabyte_is_refused(tmp_path):
-    (tmp_path / "a.yaml").write_text("#" + "x" * 1_000_000)
-    assert "larger than 1 MB" in refusal(tmp_path / "a.yaml")
-
-
-def test_name_that_no_file_can_have_is_refused():
+    meant.write_text("#" + "x" * 1_000_000)
+    assert "larger than 1 MB" in refusal(meant)
     assert "cannot be read" in refusal("a\0b")
 
 
@@ -249,16 +231,13 @@ def test_faulty_override_from_python_names_its_key(scenario, key, value, sentenc
     assert sentences(fault) == [f"overrides[{key!r}]: {sentence}"]
 
 
-def test_value_is_read_by_the_rules_of_the_file(scenario):
+def test_value_is_read_by_the_rules_of_the_file_and_the_last_counts(scenario):
     shell = ["about=on", "checks=[T_a < 1, x_r_peak < 25 mm]"]
     shell += ["friction={law: coulomb, kinetic: 1e1}"]
     found = scenario(SEAT, shell)
     assert found.about == "on"
     assert [check.limit for check in found.checks] == [1.0, 0.025]
     assert found.law().F_fk == 10.0
-
-
-def test_last_value_of_a_key_counts(scenario):
     assert scenario(SEAT, ["oscillator.mass=80", "oscillator.mass=90"]).oscillator.mass == 90.0
 
 
