@@ -306,26 +306,26 @@ def test_bench_of_many_seeds_is_that_of_the_first(bench):
     assert [each["slug"] for each in json.loads(answer.out)["warnings"]] == ["one-seed"]
 
 
-def test_varying_normal_force_is_known_to_no_peer_and_said(drysim, tmp_path):
-    words = SLIDING.replace("45}", "45, normal_variation: {amplitude: 0.3, frequency: 1.7}}")
-    (tmp_path / "sliding.yaml").write_text(words)
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (SLIDING.replace("45}", "45, normal_variation: {amplitude: 0.3, frequency: 1.7}}"),
+         ["no other program supports a varying normal force: only drysim's"]),
+        (f"{SLIDING}stroke: {{limit: 3 mm, stops: {{stiffness: 1e5}}}}\n",
+         ["end stops   at ±3 mm, 100000 N/m, 0 N·s/m",
+          "no other program supports end stops: only drysim's approaches run"]),
+    ],
+    ids=["varying normal force", "end stops"],
+)  # fmt: skip
+def test_scene_that_no_peer_knows_is_said_to_be_one(drysim, tmp_path, text, told):
+    (tmp_path / "sliding.yaml").write_text(text)
     answer = drysim("bench", "sliding.yaml", *SMALL, "--no-plots")
     assert answer.code == 0
-    assert "no other program supports a varying normal force: only drysim's" in answer.err
+    assert all(sentence in answer.out + answer.err for sentence in told)
     warnings = fields_of(tmp_path / "out/sliding-bench")["warnings"]
     assert "no-peers" in [warning["slug"] for warning in warnings]
     table = (tmp_path / "out/sliding-bench/speed_error.csv").read_text()
     assert "exact by its energy balance" in table
-
-
-def test_scene_with_end_stops_tells_them_and_that_it_is_they_that_no_peer_knows(
-    drysim, tmp_path
-):
-    words = SLIDING + "stroke: {limit: 3 mm, stops: {stiffness: 1e5}}\n"
-    (tmp_path / "sliding.yaml").write_text(words)
-    answer = drysim("bench", "sliding.yaml", *SMALL, "--no-plots")
-    assert "end stops   at ±3 mm, 100000 N/m, 0 N·s/m" in answer.out
-    assert "no other program supports end stops: only drysim's approaches run" in answer.err
 
 
 def test_law_solved_by_series_is_held_to_the_error_that_it_states(bench):
@@ -379,18 +379,17 @@ def test_steady_states_are_the_same_orbits_by_search_and_by_marching(drysim, tmp
     assert {one["approach"] for one in scores} == {*APPROACHES_BY_NAME, "solve_ivp events"}
 
 
-def test_swept_friction_is_not_told_as_that_of_the_file(drysim, tmp_path):
-    words = SLIDING + "sweep: {friction.kinetic: [30, 40]}\n"
-    (tmp_path / "sliding.yaml").write_text(words)
-    few = ("--repeats", 1, "--patience", 0.01, "--no-peers", "--no-plots")
-    told = " ".join(drysim("bench", "--steady", "sliding.yaml", *few).out.split())
-    assert "friction F_fs = F_fk (not given) base harmonic 2 Hz, 0.75 m/s² RMS swept" in told
-
-
-def test_scenario_without_steady_states_has_none_to_time(refused, tmp_path):
+def test_steady_states_are_those_of_a_sweep_and_swept_friction_is_told_as_such(
+    drysim, refused, tmp_path
+):
     (tmp_path / "sliding.yaml").write_text(SLIDING)
-    told = "sliding has no sweep of steady states"
-    assert told in refused("bench", "--steady", "sliding.yaml")
+    few = ("--repeats", 1, "--patience", 0.01, "--no-peers", "--no-plots")
+    words = ("bench", "--steady", "sliding.yaml", *few)
+    assert "sliding has no sweep of steady states" in refused(*words)
+    swept = SLIDING + "sweep: {friction.kinetic: [30, 40]}\n"
+    (tmp_path / "sliding.yaml").write_text(swept)
+    told = " ".join(drysim(*words).out.split())
+    assert "friction F_fs = F_fk (not given) base harmonic 2 Hz, 0.75 m/s² RMS swept" in told
 
 
 # The hard cases: the exact approach is held to their checks, the others to it.

@@ -20,7 +20,6 @@ from test_record_formats import at2, mat, mdf, rpc, tdms, uff, wav
 VALUES = np.random.default_rng(1).normal(size=400)
 GIVEN = {"acc": VALUES, "b": VALUES}
 SHARES = (VALUES * 99).astype(np.int16)
-NO_UNITS = {"acc": "", "b": ""}
 
 
 def text(path, unit=" [g]", mark=","):

@@ -73,9 +73,6 @@ def test_friction_that_names_no_law_is_coulomb(scenario):
     assert unnamed.friction.law == "coulomb"
     assert unnamed.law() == named.law() == CoulombLaw(15.0, 18.0)
     assert unnamed.resolved() == named.resolved()
-
-
-def test_friction_that_names_no_law_may_hold_options_of_others(scenario):
     block = "{kinetic: 15, dahl: {bristle_stiffness: 1e5}}"
     assert scenario(f"{SEAT}friction: {block}\n").friction.dahl.bristle_stiffness == 1e5
 
@@ -136,9 +133,6 @@ def test_resolved_scenario_spells_out_defaults_and_overrides(scenario):
     assert words["solver"] == {"approach": "stick-slip", "step": 0.0025}
     assert words["measure"] == {"steady": True}
     assert words["start"] == {"x_r": 0.0, "v_r": 0.0}
-
-
-def test_resolved_scenario_spells_out_the_options_of_its_approach(scenario):
     words = scenario(SEAT, ["solver.approach=signum"]).resolved()["solver"]
     options = {"method": "semi-implicit"}
     assert words == {"approach": "signum", "step": 0.0025, "signum": options}
@@ -237,10 +231,6 @@ def test_schema_names_its_dialect_and_what_is_required(words):
     assert words["properties"]["drysim"]["const"] == 1
 
 
-def test_no_block_takes_unknown_keys(words):
-    assert all(block["additionalProperties"] is False for block in blocks(words).values())
-
-
 def test_every_key_is_described_here_or_where_it_refers_to(words):
     for name, block in blocks(words).items():
         for key, field in block["properties"].items():
@@ -257,25 +247,17 @@ def test_every_member_of_every_shelf_is_in_it(words):
     )
 
 
-def test_alternatives_exclude_each_other(words):
+def test_blocks_keep_alternatives_and_bounds_and_take_neither_unknown_keys_nor_null(words):
     springs = [{"required": ["stiffness"]}, {"required": ["natural_frequency"]}]
     dampers = [{"required": ["damping"]}, {"required": ["damping_ratio"]}]
     either = [{"oneOf": springs}, {"oneOf": dampers}]
     assert words["$defs"]["Oscillator"]["allOf"] == either
-
-
-def test_nothing_may_be_null(words):
-    assert "null" not in str(words)
-
-
-def test_bounds_of_numbers_are_kept(words):
     number, text = words["$defs"]["Oscillator"]["properties"]["mass"]["anyOf"]
     assert number == {"type": "number", "exclusiveMinimum": 0}
     assert text["type"] == "string"
-
-
-def test_schema_can_be_asked_for_twice(words):
-    assert schema() == words
+    assert all(block["additionalProperties"] is False for block in blocks(words).values())
+    assert "null" not in str(words)
+    assert schema() == words  # asked for twice
 
 
 def test_schema_beside_the_gallery_is_this_one(words):

@@ -17,8 +17,6 @@ from drysim.study import budget, gallery
 from drysim.study.validate import validate
 from drysim.study.warnings import response_warnings
 
-LOUD = {"excitation.rms": 2.0}
-
 
 def outcome_of(seat, **overrides):
     """Run the seat with overrides."""
@@ -163,21 +161,15 @@ def test_stated_error_that_a_picture_would_show_is_a_warning(seat, error, said):
 
 
 def test_response_that_does_not_fit_into_memory_is_refused_with_both_numbers(monkeypatch):
+    assert system.total_memory() > 1e8
     monkeypatch.setattr(system, "total_memory", lambda: 8e9)
     assert budget.memory_shortage(int(8e9 / budget.BYTES_PER_STEP)) == ""
     said = budget.memory_shortage(int(16e9 / budget.BYTES_PER_STEP))
     assert "need 16 GB of memory, this machine has 8 GB" in said
-
-
-def test_response_by_parts_needs_a_fraction_of_the_memory_unless_it_is_weighed(monkeypatch):
-    monkeypatch.setattr(system, "total_memory", lambda: 8e9)
+    # Written by parts it needs a fraction of that, unless it is weighted.
     assert budget.memory_shortage(10**9, streamed=True) == ""
     assert budget.memory_shortage(10**9, weighted=True, streamed=True)
     assert budget.memory_shortage(2 * 10**9, streamed=True)
-
-
-def test_machine_has_some_memory():
-    assert system.total_memory() > 1e8
 
 
 @pytest.mark.parametrize(
