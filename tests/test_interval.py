@@ -43,12 +43,18 @@ def table(seat):
     return package.run(seat())
 
 
-def test_jump_is_where_the_base_can_no_longer_break_the_mass_away(table):
+def test_jump_is_where_the_base_can_no_longer_break_the_mass_away(table, capsys):
     (jump,) = table.jumps
     assert jump.value == pytest.approx(LOCKED, abs=1e-6)
     assert jump.below.metrics["T_a"] == pytest.approx(0.9939, abs=1e-4)
     assert jump.above.metrics["T_a"] == 1.0
     assert jump.above.metrics["stuck_share"] == 1.0
+    axes = draw_stroke(table).axes[0]
+    (marked,) = (line for line in axes.lines if line.get_label() == "jump")
+    assert marked.get_xdata()[0] == jump.value
+    show(table)
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "jumps at 1.178511 T_a from 0.99392 to 1, peak |x_r| from 0.2121 mm" in shown
 
 
 def test_metrics_range_over_the_interval(seat, table):
@@ -135,18 +141,6 @@ def test_files_are_those_of_a_sweep_with_its_jumps(drysim, seat, tmp_path):
     again = load(tmp_path / "out" / "scenario.yaml")
     assert again.static_interval == seat().static_interval
     assert drysim("validate", "out/scenario.yaml").code == 0
-
-
-def test_picture_marks_the_jump(table):
-    axes = draw_stroke(table).axes[0]
-    (marked,) = (line for line in axes.lines if line.get_label() == "jump")
-    assert marked.get_xdata()[0] == table.jumps[0].value
-
-
-def test_summary_names_the_jump(table, capsys):
-    show(table)
-    shown = " ".join(capsys.readouterr().out.split())
-    assert "jumps at 1.178511 T_a from 0.99392 to 1, peak |x_r| from 0.2121 mm" in shown
 
 
 SWEEP = """
