@@ -8,6 +8,7 @@ step shrinks from one fit to the next. `study.fit` describes the whole method.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -149,16 +150,32 @@ def negligible_columns(slopes: Floats) -> NDArray[np.intp]:
     return np.flatnonzero(norms <= NULL_SHARE * norms.max())
 
 
-def remember_last(function: Callable[[Floats], Answer]) -> Callable[[Floats], Answer]:
-    """Return a function that keeps its last result: `least_squares` asks for it once more."""
-    latest: list[tuple[Floats, Answer]] = []
+def remember(
+    function: Callable[[Floats], Answer], count: int = 1
+) -> Callable[[Floats], Answer]:
+    """Return a function that keeps its latest results: `least_squares` asks for them again."""
+    latest: deque[tuple[Floats, Answer]] = deque(maxlen=count)
 
     def remembered(x: Floats) -> Answer:
-        if not latest or not np.array_equal(latest[0][0], x):
-            latest[:] = [(x.copy(), function(x))]
-        return latest[0][1]
+        for kept, answer in latest:
+            if np.array_equal(kept, x):
+                return answer
+        latest.append((x.copy(), function(x)))
+        return latest[-1][1]
 
     return remembered
+
+
+class Motions(NamedTuple):
+    """The motions at scaled parameters, and their derivatives, of which the latest are kept.
+
+    A fit begins where the one before it ended, with other samples of the same motion.
+    """
+
+    solve: Callable[[Floats], Computed | None]
+    """As `LeastSquares.solve`."""
+    slopes: Callable[[Floats], dict[str, Floats] | None]
+    """As `LeastSquares.slopes`, of the motion at x."""
 
 
 def differences(
@@ -305,6 +322,11 @@ class LeastSquares:
         """Return the motion at scaled parameters."""
         return self.model.solve(np.clip(x * self.scale, *self.model.bounds), self.end)
 
+    def motions(self) -> Motions:
+        """Return the motions at scaled parameters, of which the latest are kept."""
+        solve = remember(self.solve, 2)  # a trial after the latest step may be rejected
+        return Motions(solve, remember(lambda x: self.slopes(solve(x))))
+
     def slopes(
         self, solved: Computed | None, integrated: bool = False
     ) -> dict[str, Floats] | None:
@@ -342,12 +364,12 @@ class LeastSquares:
             [self.centred(row, mask)[mask] / self.noise[name] for name, row in differences]
         )
 
-    def over(self, mask: Mask) -> Differentiable:
+    def over(self, mask: Mask, motions: Motions | None = None) -> Differentiable:
         """Return the residuals of the selected samples as a function."""
-        solve = remember_last(self.solve)
+        solve, slopes_at = motions or self.motions()
 
         def slopes(x: Floats) -> Floats | None:
-            by_channel = self.slopes(solve(x))
+            by_channel = slopes_at(x)
             if by_channel is None:
                 return None
             columns = []
@@ -370,7 +392,7 @@ class LeastSquares:
         those of the exact velocity, on purpose: they contain what the shifts of the jumps
         contribute, which the sum shows only where a jump passes a sample.
         """
-        solve, names = remember_last(self.solve), self.model.compared
+        solve, names = remember(self.solve), self.model.compared
 
         def value(x: Floats) -> Floats:
             differences = self.differences(solve(x))
@@ -411,9 +433,9 @@ class LeastSquares:
         few = values[::every]
         return few - few.mean() if self.model.has_offset else few
 
-    def unchanged(self, x: Floats, steps: Floats) -> Mask:
+    def unchanged(self, x: Floats, steps: Floats, motions: Motions | None = None) -> Mask:
         """Return the samples whose mode is the same within a step of each parameter."""
-        here = self.solve(x)
+        here = (motions or self).solve(x)
         if here is None:
             return self.all_samples
         mode = here.modes
@@ -458,11 +480,12 @@ class LeastSquares:
 
     def refine(self, x: Floats, steps: Sequence[float]) -> Floats:
         """Return the solution of fits of the samples that do not change within each step."""
+        motions = self.motions()
         for h in steps:
-            mask = self.unchanged(x, h * sizes(x))
+            mask = self.unchanged(x, h * sizes(x), motions)
             if mask.sum() < 10 * len(x):
                 continue
-            smooth = self.over(mask)
+            smooth = self.over(mask, motions)
             robust = max(self.robust_level(), 1.5 * float(np.median(np.abs(smooth.value(x)))))
             rough = 1e-6 if h > STEPS[-1] else 1e-15
             x = minimise(smooth, x, min(h / 10, 1e-4), self.bounds, FINE_CALLS, robust, rough)
@@ -528,30 +551,31 @@ def final_fit(squares: LeastSquares, x: Floats, inflation: Floats | float = 1.0)
         Ratio of the variances of the parameters to those under white residuals.
     """
     steps = np.asarray(1e-2 * sizes(x))
-    given = squares.model.fit.noise
+    given, motions = squares.model.fit.noise, squares.motions()
     for i in range(MAX_FINAL):
-        smooth = squares.unchanged(x, steps)
+        smooth = squares.unchanged(x, steps, motions)
         if smooth.sum() < 10 * len(x):
-            smooth = squares.unchanged(x, SMALLEST_STEP * sizes(x))
+            smooth = squares.unchanged(x, SMALLEST_STEP * sizes(x), motions)
         mask = without_outliers(squares, x, smooth)
         robust = squares.robust_level() if i < 2 else None
-        x = minimise(squares.over(mask), x, DIFFERENCE, squares.bounds, FINAL_CALLS, robust)
+        function = squares.over(mask, motions)
+        x = minimise(function, x, DIFFERENCE, squares.bounds, FINAL_CALLS, robust)
         noise = {}
-        for name, difference in squares.differences(squares.solve(x)).items():
+        for name, difference in squares.differences(motions.solve(x)).items():
             chosen = squares.centred(difference, mask)[mask]
             size = float(np.sqrt(np.sum(chosen**2) / max(1, len(chosen) - len(x))))
             signal = squares.model.measurement.channels[name]
             stated = getattr(given, name, None)
             noise[name] = stated or max(size, 1e-15 * float(np.abs(signal).max()), 1e-300)
         squares = replace(squares, noise=noise)
-        slopes = squares.over(mask).jacobian(x, DIFFERENCE, squares.bounds)
+        slopes = squares.over(mask, motions).jacobian(x, DIFFERENCE, squares.bounds)
         covariance = covariance_of(slopes)
         deviations = np.sqrt(np.maximum(inflation * np.diag(covariance), 0.0))
         new = np.clip(SIGMAS * deviations, SMALLEST_STEP * sizes(x), LARGEST_STEP)
         if i > 2 and np.allclose(new, steps, rtol=0.05):
             break
         steps = new
-    residuals = squares.residuals(squares.solve(x), mask)
+    residuals = squares.residuals(motions.solve(x), mask)
     total = float(residuals @ residuals)
     return Solution(squares, x, covariance, covariance, slopes, smooth, mask, total)
 
