@@ -620,7 +620,7 @@ def final_fit(squares: CurveSquares, x: Floats) -> Solution:
     every = squares.all_samples
     x = squares.refine(x, ())
     mask = without_outliers(squares, x, every)
-    x = minimise(squares.over(mask), x, SLOPE_STEP, squares.bounds, FINAL_CALLS, None, 1e-10)
+    x = minimise(squares.over(mask), x, SLOPE_STEP, squares.bounds, FINAL_CALLS)
     (difference,) = squares.differences(squares.solve(x)).values()
     freedom = max(1, int(mask.sum()) - len(x))
     noise = float(np.sqrt(np.sum(difference[mask] ** 2) / freedom))
