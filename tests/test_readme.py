@@ -520,3 +520,13 @@ def test_changes_name_the_version_that_is_installed_as_the_latest_release():
     _, unreleased, release = re.findall(r"^#+ (.*)$", TEXTS["changes"], re.M)[:3]
     assert unreleased == "Unreleased"
     assert re.fullmatch(rf"{re.escape(drysim.__version__)} \(\d+ [A-Z][a-z]+ 20\d\d\)", release)
+
+
+def test_page_for_developers_names_the_versions_that_the_tests_run_on():
+    (section,) = re.findall(r"## Versions\n(.*?)\n## ", pages()["development"].text, re.S)
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    pythons = re.findall(r"Python :: (3\.\d+)", " ".join(project["classifiers"]))
+    assert re.findall(r"python(3\.\d+)", section) == pythons
+    for name in ("numpy", "scipy", "numba", "matplotlib"):
+        (lowest,) = (each for each in project["dependencies"] if each.startswith(f"{name}>="))
+        assert lowest.replace(">=", " ") in section
