@@ -130,9 +130,12 @@ def test_draft_reads_a_record_in_another_folder(drysim, tmp_path):
     assert drysim("validate", "day 1.yaml").code == 0
 
 
-def test_draft_for_floor_and_seat_has_an_assessment_as_a_comment(drysim, tmp_path):
-    assert drysim("init", "fit-seat").code == 0
-    assert drysim("init", "--from", "fit-seat-synthetic.csv", "draft").code == 0
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+def test_draft_for_floor_and_seat_has_an_assessment_as_a_comment(drysim, tmp_path, gravity):
+    table = np.column_stack([T, FLOOR + gravity, 0.7 * FLOOR + gravity])
+    header = "t [s],floor [m/s2],seat [m/s2]"
+    np.savetxt(tmp_path / "both.csv", table, "%.6f", ",", header=header, comments="")
+    assert drysim("init", "--from", "both.csv", "draft").code == 0
     text = (tmp_path / "draft.yaml").read_text()
     head, mark, tail = text.partition("# assess:\n")
     block, _, rest = tail.partition("\n\n")

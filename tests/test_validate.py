@@ -132,33 +132,6 @@ def test_faults_of_measured_channels_are_found_without_an_assessment():
     assert warning.key == "assess.measured"
 
 
-@pytest.mark.parametrize(
-    ("name", "change", "sentence"),
-    [
-        ("fit-curves", "fit.curves=[{file: fit-curves-synthetic.csv, frequency: f, T_a: 2, "
-         "T_x: 2, rms: 1}]", "fit.curves #1.T_x has the column of fit.curves #1.T_a, 2"),
-        ("fit-seat", "fit.measured.x_r=seat",
-         "fit.measured.x_r has the column of fit.measured.x_dd"),
-        ("fit-seat", "fit.measured.x_dd=floor",
-         "excitation.column has the column of fit.measured.x_dd"),
-        ("fit-seat", "excitation.time=floor",
-         "excitation.column has the column of excitation.time"),
-        ("assess-seat", "assess.measured.u_dd={column: seat}",
-         "assess.measured.x_dd has the column of assess.measured.u_dd"),
-        ("assess-seat", "assess.axes={x: {x_dd: seat}}",
-         "assess.axes.x.x_dd has the column of assess.measured.x_dd"),
-        ("assess-seat", "friction={law: coulomb, mu_kinetic: 0.3, normal_record: {column: 1, "
-         "time: 1, file: fit-seat-synthetic.csv, unit: N}}",
-         "friction.normal_record.column has the column of friction.normal_record.time, 1"),
-    ],
-)  # fmt: skip
-def test_two_keys_with_the_same_column_are_refused(name, change, sentence):
-    (problem,) = validate(str(GALLERY / f"{name}.yaml"), [change])
-    assert problem.severity == "error"
-    assert problem.sentence.startswith(sentence)
-    assert problem.sentence.endswith("; name the column of each")
-
-
 def test_every_key_to_blame_is_one_of_a_known_warning():
     slugs = {entry.word for entry in entries() if entry.kind == WARNING}
     assert KEYS_BY_WARNING.keys() <= slugs

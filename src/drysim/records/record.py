@@ -234,6 +234,8 @@ class Ratios(NamedTuple):
     """Ratios [-]."""
     resolution: float
     """Unit of the last printed digit [-]; 0 for binary numbers."""
+    column: int
+    """0-based column of the file."""
 
 
 def read_ratios(
@@ -273,7 +275,9 @@ def read_ratios(
                     sentence = f"{what} must be above 0, not {float(series[row]):.6g}{hint}"
                     raise columns.error_at(row, column, sentence)
             resolution = scale * columns.printed_resolution(index)
-            ratios.append(Ratios(hertz * frequency[used], scale * values[used], resolution))
+            ratios.append(
+                Ratios(hertz * frequency[used], scale * values[used], resolution, index)
+            )
         return tuple(ratios), Input(table.named, file.sha256, len(file.reader))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from drysim.approach import APPROACHES_BY_NAME, EXACT
@@ -11,7 +11,6 @@ from drysim.messages import format_value, name_hint
 from drysim.metrics.table import METRICS
 from drysim.scenario.keys import get_block, members_by_tag
 from drysim.scenario.steps import needs_step, step_required
-from drysim.scenario.validation import spoken_name
 from drysim.yaml_document import KeyPath
 
 KeyFault = tuple[KeyPath, str]
@@ -41,7 +40,6 @@ def key_faults(
     elif reference is not None and reference == approach:
         sentence = f"reference must differ from solver.approach, {approach}"
         yield ("reference",), f"{sentence} (--set reference=null)"
-    yield from _column_faults(document)
     member = APPROACHES_BY_NAME.get(approach) if isinstance(approach, str) else None
     if member is not None and "friction" in document and not member.supports_friction:
         yield (
@@ -49,55 +47,6 @@ def key_faults(
             f"approach {approach} does not support friction; remove the block "
             "(--set friction=null) or choose stick-slip",
         )
-
-
-def _column_faults(document: Mapping[str, Any]) -> Iterator[KeyFault]:
-    """Yield the faults of two keys with the same column of a file."""
-    base = get_block(document, "excitation")
-    record = get_block(get_block(document, "friction"), "normal_record")
-    groups = [
-        _columns(base, ("excitation",), ("time", "column", "channel")),
-        _columns(record, ("friction", "normal_record"), ("time", "column", "channel")),
-    ]
-    for name in ("fit", "assess"):
-        block, path = get_block(document, name), KeyPath((name, "measured"))
-        measured = get_block(block, "measured")
-        group = _columns(measured, path, ("time", *MEASURED))
-        if "u_dd" not in measured and base.get("file") == measured.get("file"):
-            group |= _columns(base, ("excitation",), ("column", "channel"))
-        for axis in get_block(block, "axes"):
-            channels = get_block(get_block(block, "axes"), axis)
-            group |= _columns(channels, (name, "axes", axis), MEASURED)
-        groups.append(group)
-        curves = block.get("curves")
-        for i, curve in enumerate(curves if isinstance(curves, list) else ()):
-            if isinstance(curve, Mapping):
-                groups.append(_columns(curve, (name, "curves", i), CURVE_COLUMNS))
-    for group in groups:
-        before: dict[str, KeyPath] = {}
-        for path, column in group.items():
-            if (other := before.setdefault(column, path)) != path:
-                sentence = f"{spoken_name(path)} has the column of {spoken_name(other)}"
-                yield path, f"{sentence}, {column}; name the column of each"
-
-
-MEASURED = ("u_dd", "x_dd", "x_r", "v_r", "F_f")
-CURVE_COLUMNS = ("frequency", "T_a", "T_x")
-"""Keys of a measurement, and of a curve, that name columns."""
-
-
-def _columns(
-    block: Mapping[str, Any], path: KeyPath, keys: Iterable[str]
-) -> dict[KeyPath, str]:
-    """Return the columns that keys of a block name, by the paths of the keys."""
-    named = {}
-    for key in keys:
-        value = block.get(key)
-        if isinstance(value, Mapping):
-            value = value.get("column", value.get("channel"))
-        if isinstance(value, str | int):
-            named[*path, key] = str(value)
-    return named
 
 
 def _step_faults(

@@ -124,7 +124,12 @@ def _assess_lines(path: str, inspection: Inspection) -> list[str]:
         return []
     base, mass = names
     shared = {key: proposed[key] for key in SHARED_KEYS if proposed.get(key) is not None}
-    measured = {"file": path, **shared, "u_dd": base, "x_dd": mass}
+    remove = proposed.get("remove")  # a mean that is gravity is that of both
+    channels = {
+        key: name if remove is None else {"column": name, "remove": remove}
+        for key, name in (("u_dd", base), ("x_dd", mass))
+    }
+    measured = {"file": path, **shared, **channels}
     text = (
         f"If `{base}` is the floor and `{mass}` the mass on it, remove each `# ` below: `drysim"
     )

@@ -35,8 +35,9 @@ from drysim.errors import ScenarioError, SolverError
 from drysim.excitation.harmonic import Harmonic
 from drysim.excitation.random import RandomMotion
 from drysim.records.record import read_ratios
-from drysim.scenario.fit import LEVEL_UNITS, RATIOS
+from drysim.scenario.fit import FIT_KEY, LEVEL_UNITS, RATIOS
 from drysim.scenario.model import STATIC_PATHS, Scenario
+from drysim.scenario.validation import spoken_name
 from drysim.study.fit_law import AGREE, EXACT, ChannelFit, LawFit, Steps, restored_end
 from drysim.study.fit_least_squares import (
     FINAL_CALLS,
@@ -60,6 +61,7 @@ from drysim.study.fit_profiles import CHI_SQUARE_95
 from drysim.study.plan import can_solve_together, orbit_metrics, orbit_statuses, scene_array
 from drysim.study.preparation import assemble, base_motion, locating_records
 from drysim.wording import format_count, format_number
+from drysim.yaml_document import KeyPath
 
 CURVES = "curves"
 """Name of the one channel of all rows together."""
@@ -546,13 +548,19 @@ def check_steady(scenario: Scenario) -> None:
 
 def read_curves(scenario: Scenario) -> tuple[CurveRows, tuple[Input, ...]]:
     """Return the rows of all curves, and their files."""
-    parts, inputs = [], []
+    parts, inputs, paths = [], [], dict[tuple[object, ...], KeyPath]()
     for index, curve in enumerate(fit_of(scenario).curves or ()):
         present = [i for i, name in enumerate(RATIOS) if getattr(curve, name) is not None]
         with locating_records(scenario):
             read, source = read_ratios(curve, [getattr(curve, RATIOS[i]) for i in present])
         inputs.append(source)
         for i, ratios in zip(present, read, strict=True):
+            path: KeyPath = (FIT_KEY, "curves", index, RATIOS[i])
+            other = paths.setdefault((curve.path, curve.rows, ratios.column), path)
+            if other != path:
+                sentence = f"{spoken_name(path)} is column {ratios.column + 1} of {curve.file}"
+                rule = f"and so is {spoken_name(other)}: each needs its own"
+                raise scenario.error(f"{sentence}, {rule}", path)
             # In order, so that neighbouring residuals are those of neighbouring frequencies.
             order, count = np.argsort(ratios.frequency, kind="stable"), len(ratios.values)
             least = ROUNDING * float(ratios.values.max(initial=0.0))
