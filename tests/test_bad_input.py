@@ -30,11 +30,6 @@ def test_faulty_scenario_is_refused_by_every_command(refused, tmp_path, drysim, 
     assert "bad.yaml" in answer.out + answer.err
 
 
-def test_folder_in_place_of_a_scenario_is_refused(refused, tmp_path):
-    (tmp_path / "folder.yaml").mkdir()
-    assert "folder.yaml" in refused("run", "folder.yaml")
-
-
 RECORDS = {
     "text cell": (SOUND.replace("0.2", "high"), ["base.csv:3", "high"]),
     "uneven steps": (SOUND.replace("0.02", "0.025"), ["base.csv:", "step"]),
@@ -91,12 +86,6 @@ def test_missing_key_is_marked_in_its_block_or_in_none(refused, tmp_path):
     assert "^^^^ there is no block `measure`\n" in said
 
 
-def test_sound_record_is_accepted(drysim, tmp_path):
-    (tmp_path / "seat.yaml").write_text(RECORDED)
-    (tmp_path / "base.csv").write_text(SOUND)
-    assert drysim("run", "seat.yaml", "--no-plots").code == 0
-
-
 def test_window_beyond_the_end_of_the_record_is_refused(drysim, refused, tmp_path):
     (tmp_path / "seat.yaml").write_text(RECORDED + "measure: {settle: 0, duration: 1}\n")
     (tmp_path / "base.csv").write_text(SOUND)
@@ -120,17 +109,6 @@ def test_sharpness_that_asks_for_more_points_than_memory_holds_is_refused(refuse
     assert "GB of memory" in said
 
 
-def test_folder_below_a_file_is_refused_as_output(refused, seat):
-    (seat.parent / "file").write_text("mine")
-    assert "file" in refused("run", seat, "--out", "file/deep")
-
-
-def test_folder_that_drysim_did_not_write_is_refused_as_output(refused, seat):
-    (seat.parent / "mine").mkdir()
-    (seat.parent / "mine" / "thesis.txt").write_text("years of work")
-    assert "mine" in refused("run", seat, "-o", "mine")
-
-
 def test_result_whose_scenario_was_edited_is_refused_as_output(drysim, seat, tmp_path):
     assert drysim("run", seat, "--no-plots").code == 0
     assert drysim("run", seat, "--no-plots").code == 0
@@ -141,10 +119,6 @@ def test_result_whose_scenario_was_edited_is_refused_as_output(drysim, seat, tmp
     assert "scenario.yaml was edited since drysim wrote it" in answer.err
     assert "save it elsewhere" in answer.err
     assert edited.read_text().endswith("# mine\n")
-
-
-def test_working_folder_is_refused_as_output(refused, seat):
-    assert "error: " in refused("run", seat, "--out", ".")
 
 
 def test_output_is_refused_before_anything_is_computed(seat):

@@ -41,16 +41,10 @@ def test_shelf_and_type_name_the_same_members():
     assert set(EXCITATIONS) == set(get_args(Excitation))
 
 
-def test_motion_is_sines_or_samples(member):
+def test_motion_is_sines_or_samples_of_frozen_keys_and_no_others(member):
     assert isinstance(member.motion(0.01), Sines | Samples)
-
-
-def test_excitation_cannot_be_changed(member):
     with pytest.raises(ValidationError, match="frozen"):
         member.kind = "other"
-
-
-def test_unknown_words_are_refused(member):
     with pytest.raises(ValidationError, match="Extra inputs are not permitted"):
         type(member).model_validate({**member.model_dump(exclude_none=True), "colour": "red"})
 
@@ -68,23 +62,19 @@ def test_excitation_says_what_it_should_not_be_confused_with(member):
     assert "Not to be confused with" in (type(member).__doc__ or "")
 
 
-def test_rest_is_no_sine_at_all():
-    assert Rest(kind="rest").motion() == Sines((), (), ())
-
-
-def test_rms_is_the_amplitude_over_root_two():
-    harmonic = Harmonic(kind="harmonic", frequency=1.6, rms=0.5, phase="90 deg")
-    assert harmonic.motion() == Sines((sqrt(2) * 0.5,), (1.6,), (pi / 2,))
-
-
-def test_amplitude_is_taken_as_it_is():
-    harmonic = Harmonic(kind="harmonic", frequency="96 rpm", amplitude="0.05 g")
-    assert harmonic.motion() == Sines((0.4903325,), (1.6,), (0.0,))
-
-
-def test_sum_of_sines_keeps_their_order():
-    words = {"kind": "sines", **WORDS["sines"]}
-    assert SineSum.model_validate(words).motion() == Sines((2, sqrt(2)), (1, 3), (0, 0))
+@pytest.mark.parametrize(
+    ("kind", "words", "motion"),
+    [
+        (Rest, {"kind": "rest"}, Sines((), (), ())),
+        (Harmonic, {"kind": "harmonic", "frequency": 1.6, "rms": 0.5, "phase": "90 deg"},
+         Sines((sqrt(2) * 0.5,), (1.6,), (pi / 2,))),
+        (Harmonic, {"kind": "harmonic", "frequency": "96 rpm", "amplitude": "0.05 g"},
+         Sines((0.4903325,), (1.6,), (0.0,))),
+        (SineSum, {"kind": "sines", **WORDS["sines"]}, Sines((2, sqrt(2)), (1, 3), (0, 0))),
+    ],
+)  # fmt: skip
+def test_sines_have_the_amplitude_or_rms_that_is_given_in_their_order(kind, words, motion):
+    assert kind.model_validate(words).motion() == motion
 
 
 @pytest.mark.parametrize("pulse", ["half-sine", "haversine", "sawtooth", "trapezoid"])
