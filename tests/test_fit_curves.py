@@ -36,25 +36,14 @@ def edit(folder: Path, *pairs: tuple[str, str]) -> None:
     file.write_text(text)
 
 
-def check_twin(folder: Path, seed: int) -> None:
-    """Assert that kinetic friction comes back within 2 %, and the static ratio within 5 %."""
-    true = write_curves(folder, seed)
-    values = values_of(fit_in(folder))
-    assert values["friction.kinetic"] == pytest.approx(true["friction.kinetic"], rel=0.02)
-    assert values["friction.static_ratio"] == pytest.approx(
-        true["friction.static_ratio"], rel=0.05
-    )
-
-
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize(
+    "seed", [0, 1, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 33))]
+)
 def test_digitised_curves_give_friction_to_2_and_its_static_ratio_to_5_percent(tmp_path, seed):
-    check_twin(tmp_path, seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(3, 33))
-def test_thirty_digitised_twins_come_back(tmp_path, seed):
-    check_twin(tmp_path, seed)
+    true = write_curves(tmp_path, seed)
+    values = values_of(fit_in(tmp_path))
+    for key, error in (("friction.kinetic", 0.02), ("friction.static_ratio", 0.05)):
+        assert values[key] == pytest.approx(true[key], rel=error)
 
 
 @pytest.mark.slow
