@@ -22,7 +22,14 @@ from drysim.parallel import WorkerPool
 from drysim.results.fit import describe_interval, summarise
 from drysim.scenario.load import load
 from drysim.study.fit import count_steps
-from drysim.study.fit_law import LawFit, Parameter, Steps, profiles_of, refit_from_profiles
+from drysim.study.fit_law import (
+    LawFit,
+    Parameter,
+    Steps,
+    first_alike,
+    profiles_of,
+    refit_from_profiles,
+)
 from drysim.study.fit_least_squares import Differentiable, LeastSquares, final_fit, sizes
 from drysim.study.fit_model import build_model, fitted_end
 from drysim.study.fit_profiles import ProfilePoint, _profile_end
@@ -493,6 +500,11 @@ def test_starts_agree_unless_they_differ_in_more_than_the_static_limit(short):
         each.slug: each.sentence for each in fit_warnings(one_alone, short[0].parameters, ())
     }
     assert warned["starts-disagree"].startswith("only 1 of 4 starts led to this solution")
+
+
+def test_starts_that_meet_in_the_parts_of_a_record_are_followed_as_the_first_of_them():
+    x = np.array([1.0, 0.5, 0.0])
+    assert first_alike([x, 2.0 * x, x + 1e-9, x + 1e-3, 2.0 * x]) == [0, 1, 0, 3, 1]
 
 
 def test_noise_whose_neighbours_are_alike_makes_the_intervals_too_narrow(short, tmp_path):

@@ -30,7 +30,8 @@ Method
 
     Fits begin with a short part of the record, in which few events can be wrong, and go on with
     longer ones: a mass that stops often remembers where it stopped, and one wrong stop early in
-    the record would spoil the rest. Multiple shooting would need states that are not measured.
+    the record would spoil the rest. Starts that meet there are followed as one.
+    Multiple shooting would need states that are not measured.
 
 Modules
     `fit_model` has the measured response and the motion that is compared with it, the other

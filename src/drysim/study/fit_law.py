@@ -377,11 +377,17 @@ def fit_law(
     likely = [candidates[i] for i in order]
     if min(map(first.error, likely)) > USELESS:
         likely = likely[:1]  # no start is anywhere near
-    followed = []
-    for end_point in steps.map_in_order(first.fine, likely, restored_end, shared):
-        followed.append(end_point)
+    begun = []
+    for x in steps.map_in_order(first.over_parts, likely, np.array, shared):
+        begun.append(x)
         finished(1)
-    finished(MAX_STARTS - len(followed))
+    finished(MAX_STARTS - len(begun))
+    places = first_alike(begun)
+    distinct = sorted({*places})
+    fine = partial(first.fine, steps=STEPS)
+    ends = steps.map_in_order(fine, [begun[i] for i in distinct], restored_end, shared)
+    end_of = dict(zip(distinct, ends, strict=True))
+    followed = [end_of[place] for place in places]
     _, x = min(followed, key=lambda pair: pair[0])
     solution = final_fit(first, x)
     keys = [key for key in model.fixed_start if key in model.scenario.unstated_start]
@@ -406,6 +412,17 @@ def fit_law(
             break
         solution = final_fit(squares, x)
     return LawFit(model, first, tuple(x for _, x in followed), solution)
+
+
+def first_alike(points: Sequence[Floats]) -> list[int]:
+    """Return the index of the first of the scaled parameters that each of them repeats.
+
+    Those of starts that met in the parts of a record differ by rounding.
+    """
+    return [
+        next(i for i, y in enumerate(points) if np.all(np.abs(x - y) <= STEPS[-1] * sizes(y)))
+        for x in points
+    ]
 
 
 def under_base_noise(law_fit: LawFit, steps: Steps) -> LawFit:

@@ -470,17 +470,23 @@ class LeastSquares:
         )
 
     def fine(self, x: Floats, steps: Sequence[float] = ()) -> tuple[float, Floats]:
-        """Return cost and solution of fits of ever longer parts, with ever smaller steps.
+        """Return cost and solution of fits with ever smaller steps, after those of parts.
 
-        In a short part few events can be wrong, and each is right before the next is added.
         With `steps` the whole is fitted at once, from values whose events are right.
         """
-        for share in () if steps else PARTS:
+        x = self.refine(x if steps else self.over_parts(x), steps or STEPS)
+        return self.cost(x), x
+
+    def over_parts(self, x: Floats) -> Floats:
+        """Return the solution of fits of ever longer parts, with ever smaller steps.
+
+        In a short part few events can be wrong, and each is right before the next is added.
+        """
+        for share in PARTS:
             part = replace(self, end=share * self.end)
             if part.count >= MIN_PART:
                 x = part.refine(x, STEPS[:-1])
-        x = self.refine(x, steps or STEPS)
-        return self.cost(x), x
+        return x
 
     def refine(self, x: Floats, steps: Sequence[float]) -> Floats:
         """Return the solution of fits of the samples that do not change within each step."""
