@@ -12,6 +12,7 @@ from numpy.random import PCG64, Generator
 from numpy.typing import NDArray
 
 import drysim
+from drysim.metrics.spectra import transfer_estimate
 
 Floats = NDArray[np.float64]
 
@@ -36,6 +37,15 @@ FREQUENCIES = np.round(np.geomspace(0.5, 20.0, 25), 2)
 CURVE_SEED, CURVE_NOISE = 7, 0.02
 """Seed and relative noise of the ratios."""
 
+RANDOM_LEVELS = (0.6, 1.0, 1.8)
+"""RMS acceleration of random motion under this seat [m/s²]."""
+LINES = np.round(np.arange(0.6, 12.1, 0.2), 1)
+"""Frequencies of its transmissibility [Hz]."""
+RANDOM_BASE = {"kind": "psd", "points": [[0.5, 1.0], [20.0, 1.0]], "duration": 300.0}
+"""Its spectrum, flat, and the length of each test [s]; segments are 5 s long."""
+FIRST_TEST, RANDOM_SEED = 1001, 8
+"""Seed of the first test, and that of the noise."""
+
 DECAY = {"m": 4.0, "k_x": 900.0, "b": 1.5, "F_fk": 1.2, "F_fs": 1.5}
 """The instrument on its slide that is to be found again."""
 DECAY_SAMPLES, DECAY_DT = 1_000, 4e-3
@@ -55,6 +65,8 @@ WORDS = "# Synthetic: no measurement. Computed by drysim, with noise of the sens
 SEAT_HEADER = f"{WORDS}{written(SEED)}t [s],floor [m/s2],seat [m/s2],stroke [mm]\n"
 DECAY_HEADER = f"{WORDS}{written(SEED)}t [s],x [mm]\n"
 RATIOS = ",".join(f"T_a {level},T_x {level}" for level in LEVELS)
+RANDOM_RATIOS = ",".join(f"T_a {level},T_x {level}" for level in RANDOM_LEVELS)
+RANDOM_HEADER = f"{WORDS}{written(RANDOM_SEED)}f [Hz],{RANDOM_RATIOS}\n"
 CURVES_HEADER = f"{WORDS}{written(CURVE_SEED)}f [Hz],{RATIOS}\n"
 
 
@@ -109,6 +121,28 @@ def curves(seed: int = CURVE_SEED) -> str:
     )
 
 
+def random_curves(seed: int = RANDOM_SEED) -> str:
+    """Return the transmissibility of the seat under random motion by H1, to three digits."""
+    draw, columns = Generator(PCG64(seed)), []
+    for i, level in enumerate(RANDOM_LEVELS):
+        scenario = {
+            "oscillator": {"mass": SEAT["m"], "stiffness": SEAT["k_x"], "damping": SEAT["b"]},
+            "friction": {"kinetic": SEAT["F_fk"], "static": SEAT["F_fs"]},
+            "excitation": RANDOM_BASE | {"rms": level, "seed": FIRST_TEST + i},
+            "solver": {"step": 4e-3},
+        }
+        motion = drysim.run(drysim.scenario(scenario)).response
+        for series in (motion.x_dd, motion.x_r):
+            estimate = transfer_estimate(motion.u_dd, np.array(series), motion.dt, 5.0)
+            columns.append(np.interp(LINES, estimate.f, np.abs(estimate.H1)))
+        columns[-1] *= (2.0 * np.pi * LINES) ** 2
+    ratios = np.array(columns) * (1.0 + CURVE_NOISE * draw.standard_normal((6, len(LINES))))
+    return RANDOM_HEADER + "".join(
+        f"{f:g},{','.join(f'{ratio:.3f}' for ratio in row)}\n"
+        for f, row in zip(LINES.tolist(), ratios.T.tolist(), strict=True)
+    )
+
+
 def decay(seed: int = SEED) -> str:
     """Return the record of the free decay: the displacement."""
     rest = np.zeros(DECAY_SAMPLES)
@@ -121,6 +155,7 @@ def decay(seed: int = SEED) -> str:
 FILES = {
     HERE / "fit-seat-synthetic.csv": seat,
     HERE / "fit-curves-synthetic.csv": curves,
+    HERE / "fit-spectrum-synthetic.csv": random_curves,
     HERE / "fit-decay-synthetic.csv": decay,
 }
 """Each file and what writes it."""

@@ -9,6 +9,7 @@ import numpy as np
 
 import drysim
 from drysim.approach.solution import Response
+from drysim.metrics.spectra import transfer_estimate
 
 RATE = 400.0
 """Samples a second."""
@@ -121,6 +122,63 @@ CURVE_KEYS = (
 """Keys that are fitted to curves."""
 
 
+MASS = 75.0
+"""Mass of the drawn seats [kg]."""
+
+
+def drawn_seat(draw: np.random.Generator) -> tuple[dict[str, float], list[float]]:
+    """Return values of a seat, and three levels; at the lowest it just breaks away."""
+    natural = draw.uniform(1.0, 2.5)
+    k_x = MASS * (2.0 * np.pi * natural) ** 2
+    b = 2.0 * draw.uniform(0.1, 0.5) * np.sqrt(k_x * MASS)
+    static_ratio, lowest = draw.uniform(1.0, 1.6), round(draw.uniform(0.3, 0.6), 2)
+    levels = [lowest, round(1.7 * lowest, 2), round(3.0 * lowest, 2)]
+    kinetic = draw.uniform(0.85, 0.97) * np.sqrt(2.0) * MASS * lowest / static_ratio
+    return dict(zip(CURVE_KEYS, (k_x, b, kinetic, static_ratio), strict=True)), levels
+
+
+def write_random_curves(
+    folder: Path, seed: int, seconds: float = 900.0, more: str = ""
+) -> dict[str, float]:
+    """Write lab.csv with the transmissibility of a drawn seat under noise, and twin.yaml.
+
+    Three levels of a flat spectrum, estimated by H1 over a time [s], with 2 % of noise; `more`
+    are further keys of each curve. Returns the values to be found.
+    """
+    draw = np.random.default_rng(seed)
+    values, levels = drawn_seat(draw)
+    k_x, b, kinetic, ratio = values.values()
+    frequencies, columns, curves = np.round(np.geomspace(0.6, 12.0, 30), 2), {}, []
+    columns["f [Hz]"] = frequencies
+    spectrum = "{kind: psd, points: [[0.5, 1], [20, 1]], rms: %s, duration: %s, seed: %s}"
+    for i, level in enumerate(levels):
+        base = spectrum % (level, seconds, 1_000_000 + 10 * seed + i)
+        text = (
+            f"oscillator: {{mass: {MASS}, stiffness: {k_x}, damping: {b}}}\n"
+            f"friction: {{kinetic: {kinetic}, static_ratio: {ratio}}}\n"
+            f"excitation: {base}\nsolver: {{step: 5 ms}}\n"
+        )
+        response = drysim.run(drysim.scenario(text)).response
+        for name, channel in (("T_a", response.x_dd), ("T_x", response.x_r)):
+            series = np.array(channel)
+            estimate = transfer_estimate(np.array(response.u_dd), series, response.dt, 5.0)
+            size = np.abs(estimate.H1)
+            if name == "T_x":
+                size = size * (2.0 * np.pi * estimate.f) ** 2
+            exact = np.interp(frequencies, estimate.f, size)
+            noisy = exact * (1.0 + 0.02 * draw.standard_normal(len(exact)))
+            columns[f"{name}{i}"] = np.round(noisy, 4)
+        names = f"T_a: T_a{i}, T_x: T_x{i}"
+        curves.append(f"    - {{file: lab.csv, frequency: f, {names}, rms: {level}{more}}}\n")
+    write_columns(folder / "lab.csv", columns)
+    free = "".join(f"    {key}: {{}}\n" for key in CURVE_KEYS)
+    (folder / "twin.yaml").write_text(
+        f"oscillator: {{mass: {MASS}}}\nexcitation: {spectrum % (1, 60, 1 + 100 * seed)}\n"
+        f"solver: {{step: 5 ms}}\nfit:\n  curves:\n{''.join(curves)}  free:\n{free}"
+    )
+    return values
+
+
 def write_curves(
     folder: Path, seed: int, ratios: tuple[str, ...] = ("T_a", "T_x"), *, noise: float = 0.02
 ) -> dict[str, float]:
@@ -130,18 +188,13 @@ def write_curves(
     digits; without noise all digits. Returns the values to be found.
     """
     draw = np.random.default_rng(seed)
-    m, natural = 75.0, draw.uniform(1.0, 2.5)
-    k_x = m * (2.0 * np.pi * natural) ** 2
-    b = 2.0 * draw.uniform(0.1, 0.5) * np.sqrt(k_x * m)
-    static_ratio, lowest = draw.uniform(1.0, 1.6), round(draw.uniform(0.3, 0.6), 2)
-    levels = [lowest, round(1.7 * lowest, 2), round(3.0 * lowest, 2)]
-    kinetic = draw.uniform(0.85, 0.97) * np.sqrt(2.0) * m * lowest / static_ratio
-    values = dict(zip(CURVE_KEYS, (k_x, b, kinetic, static_ratio), strict=True))
+    values, levels = drawn_seat(draw)
+    k_x, b, kinetic, static_ratio = values.values()
     frequencies = np.round(np.geomspace(0.5, 20.0, 25), 2).tolist()
     rows = drysim.sweep(
         drysim.scenario(
             {
-                "oscillator": {"mass": m, "stiffness": k_x, "damping": b},
+                "oscillator": {"mass": MASS, "stiffness": k_x, "damping": b},
                 "friction": {"kinetic": kinetic, "static_ratio": static_ratio},
                 "excitation": {"kind": "harmonic", "frequency": 1.0, "rms": 1.0},
                 "sweep": {"excitation.rms": levels, "excitation.frequency": frequencies},
@@ -169,7 +222,7 @@ def write_curves(
     free = "".join(f"    {key}: {{}}\n" for key in CURVE_KEYS)
     excitation = "{kind: harmonic, frequency: 2 Hz, rms: 0.5}"
     (folder / "twin.yaml").write_text(
-        f"oscillator: {{mass: {m}}}\nexcitation: {excitation}\n"
+        f"oscillator: {{mass: {MASS}}}\nexcitation: {excitation}\n"
         f"fit:\n  curves:\n{''.join(curves)}  free:\n{free}"
     )
     return values

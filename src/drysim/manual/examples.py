@@ -135,6 +135,8 @@ VALUES = {
     "srs.to": "100",
     "stages": "[{from: 0, stiffness: 10 kN/m}, {from: 10 mm, stiffness: 40 kN/m}]",
     "curves[].displacement": "5 mm",
+    "curves[].duration": "180 s",
+    "curves[].estimator": "Hv",
     "curves[].velocity": "20 mm/s",
     "stages[].from": "10 mm",
     "stages[].stiffness": "40 kN/m",

@@ -163,16 +163,41 @@ def _spectral_matrix(
     Each has shape (n // 2,), the lines above 0 Hz of segments of n samples with step dt [s].
     `detrend` is that of `scipy.signal.csd`.
     """
+    u, x = (segment_transforms(series, n, dt, detrend) for series in (u_dd, x_dd))
+    G_u, G_x = (np.mean(np.square(np.abs(lines)), axis=-1) for lines in (u, x))
+    return G_u, G_x, np.mean(np.conj(u) * x, axis=-1)
+
+
+def segment_transforms(
+    series: Floats, n: int, dt: float, detrend: Literal["constant", False] = "constant"
+) -> Complexes:
+    """Return the Fourier transforms of half-overlapping segments.
+
+    They have the shape (..., n // 2, segments), the lines above 0 Hz. The mean of the squares
+    of a line over the segments is its one-sided PSD by Welch's method.
+
+    Parameters
+    ----------
+    series : ndarray, shape (..., samples)
+    n : int
+        Samples of a segment.
+    dt : float
+        Step [s].
+    detrend : {"constant", False}, optional
+        Whether the mean of each segment is removed.
+    """
     from scipy import signal
 
-    def cross_spectrum(a: Floats, b: Floats) -> Complexes:
-        _, G = signal.csd(
-            a, b, fs=1.0 / dt, window="hann", nperseg=n, noverlap=n // 2, detrend=detrend
-        )
-        return np.asarray(G[1:], dtype=np.complex128)
-
-    G_u, G_x = (cross_spectrum(series, series).real for series in (u_dd, x_dd))
-    return G_u, G_x, cross_spectrum(u_dd, x_dd)
+    _, _, transforms = signal.stft(
+        series, fs=1.0 / dt, window="hann", nperseg=n, noverlap=n // 2, detrend=detrend,
+        boundary=None, padded=False, scaling="psd",
+    )  # fmt: skip
+    # Both sides of the spectrum; the line at half the sampling rate has no other side.
+    sides = np.full((n // 2, 1), np.sqrt(2.0))
+    if n % 2 == 0:
+        sides[-1] = 1.0
+    lines: Complexes = sides * transforms[..., 1:, :]
+    return lines
 
 
 MIN_POWER_SHARE = 1e-3

@@ -38,6 +38,7 @@ from drysim.scenario.text import describe_scene, short_key
 from drysim.study.fit import FitResult, MetricInterval, format_profile_interval
 from drysim.study.fit_curves import format_level
 from drysim.study.fit_law import EXACT, ChannelFit, Parameter
+from drysim.study.fit_spectrum_curves import signal_rms
 from drysim.study.summary import BAD, Note, Row, Summary
 from drysim.wording import (
     format_count,
@@ -81,15 +82,17 @@ def answers(result: FitResult) -> Iterator[str]:
         if (error := result.metrics.get(name)) is not None:
             yield f"{name} {format_percent(error)}: {METRICS_BY_NAME[name].about}."
     if not result.is_useless:
-        sine = f"At {', '.join(sine_of(result))}: " if result.curves else ""
-        yield sine + describe_main_numbers(result.metrics)
+        base = f"At {', '.join(base_of_metrics(result))}: " if result.curves else ""
+        yield base + describe_main_numbers(result.metrics)
 
 
-def sine_of(result: FitResult) -> tuple[str, str]:
-    """Return frequency and level of the sine under which a fit to curves has its metrics."""
-    sine = result.source.excitation.motion()
-    assert isinstance(sine, Sines), "see `check_steady`"
-    return format_number(sine.f[0], "Hz"), format_number(sine.A[0] / sqrt(2.0), "m/s² RMS")
+def base_of_metrics(result: FitResult) -> tuple[str, ...]:
+    """Return frequency, of a sine, and level of the base for which curves have metrics."""
+    motion = result.motion
+    if isinstance(motion, Sines):
+        level = format_number(motion.A[0] / sqrt(2.0), "m/s² RMS")
+        return format_number(motion.f[0], "Hz"), level
+    return (format_number(signal_rms(motion), "m/s² RMS"),)
 
 
 def fit_scene(result: FitResult) -> Iterator[tuple[str, str]]:
@@ -137,12 +140,29 @@ def curve_scene(result: FitResult) -> Iterator[tuple[str, str]]:
     yield "measured", f"{ratios} of {wording.sanitise(files)}, {count}"
     levels = describe_levels(fit.curves or ())
     ends = [float(f) for curve in curves for f in curve.frequency[[0, -1]]]
-    yield "base", f"sines of {levels}, {format_range(min(ends), max(ends), 'Hz')}"
+    band = format_range(min(ends), max(ends), "Hz")
+    excitation, scatter = result.source.excitation, result.scatter
+    motion = "sines"
+    if scatter is not None:
+        motion = f"{excitation.kind} {excitation.parameters()}".strip()
+    yield "base", f"{motion} of {levels}, {band}"
     left = len(result.selected) - int(result.selected.sum())
     outliers = f", without {format_count(left, 'outlier')}" if left else ""
     at_rest = (result.source.start.x_r, result.source.start.v_r) == (0.0, 0.0)
     start = "from rest" if at_rest else "from the stated start"
-    yield "fitted", f"the steady motion {start}{outliers}"
+    if scatter is None:
+        yield "fitted", f"the steady motion {start}{outliers}"
+    else:
+        names = join_words([*dict.fromkeys(curve.estimator for curve in fit.curves or ())])
+        length = format_number(scatter.simulated, "s")
+        last = scatter.first_seed + scatter.signals - 1
+        yield (
+            "fitted",
+            (
+                f"{names} over {length} of motion at each level, seeds {scatter.first_seed} to "
+                f"{last}{outliers}"
+            ),
+        )
     if not result.is_useless:
         scenario = result.scenario
         yield from describe_scene(scenario, scenario.oscillator.plant(), scenario.law())
@@ -177,8 +197,9 @@ def metric_rows(result: FitResult) -> Iterator[Row]:
     The digits are those in which the ends of the interval differ.
     """
     if result.curves:
-        frequency, level = sine_of(result)
-        yield Row("at", frequency, f"{level}, the sine of `excitation`")
+        first, *level = base_of_metrics(result)
+        base = "sine" if level else "signal"
+        yield Row("at", first, ", ".join([*level, f"the {base} of `excitation`"]))
     unknown = f"95 %: not known: {result.draws.reason}" if result.draws.reason else ""
     for name, value, low, high in result.motion_intervals:
         if low is None or high is None:
@@ -243,6 +264,10 @@ def quality_rows(result: FitResult) -> Iterator[Row]:
         source = "stated" if noise.is_stated else "estimated"
         remark = f"of the base, {source}; the intervals contain it"
         yield Row("noise u_dd", format_number(noise.level, "m/s²", 3), remark)
+    if result.scatter is not None and not result.scatter.is_stated:
+        time = result.scatter.measured
+        length = "small" if time is None else f"as of {format_number(time, 's', 2)}"
+        yield Row("scatter", length, "of the estimates; the intervals contain it")
     agree, total = result.starts
     yield Row("starts", f"{agree} of {total}", "led to this solution")
     keys = [parameter.key for parameter in result.parameters]
@@ -381,6 +406,8 @@ def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
     }
     if result.curves:
         numerics["method"] = "least squares on periodic orbits"
+        if result.scatter is not None:
+            numerics["method"] = "least squares on spectra of the exact motion"
         del numerics["step"], numerics["held_out_from"]
     fields = {
         "parameters": [parameter._asdict() for parameter in result.parameters],
@@ -389,6 +416,7 @@ def fit_fields(result: FitResult, provenance: Provenance) -> Fields:
         ],
         "channels": [channel._asdict() for channel in result.channels],
         "base_noise": base_noise_fields(result),
+        "scatter": result.scatter and result.scatter._asdict(),
         "laws": [score._asdict() for score in result.laws],
         "motion": [interval._asdict() for interval in result.motion_intervals],
         "draws": {

@@ -274,22 +274,30 @@ class MeasuredResponse(Measurements):
 class Curve(RatioTable):
     """Transmissibility over frequency at one level of the base motion, as a table in a file.
 
-    The base motion of each row is a sine of the stated level.
+    The base motion of each row is a sine of the stated level; or it is the random motion of
+    `excitation`, at the stated RMS value, for all rows together.
     """
 
     T_a: Column | None = None
     """Column of T_a, the RMS acceleration of the mass over that of the base; a ratio, or % by
-    the header."""
+    the header. Under random base motion the transmissibility by `estimator`."""
     T_x: Column | None = None
     """Column of T_x, the RMS relative displacement over that of the base; the same."""
     rms: Annotated[float, Quantity("m/s²", above=0)] | None = None
-    """RMS value of the base acceleration [m/s²], the same at all frequencies."""
+    """RMS value of the base acceleration [m/s²], of sines the same at all frequencies."""
     amplitude: Annotated[float, Quantity("m/s²", above=0)] | None = None
     """Amplitude of the base acceleration [m/s²], √2 times `rms`."""
     velocity: Annotated[float, Quantity("m/s", above=0)] | None = None
     """Amplitude of the base velocity [m/s], the same at all frequencies."""
     displacement: Annotated[float, Quantity("m", above=0)] | None = None
     """Amplitude of the base displacement [m], the same at all frequencies."""
+    estimator: Literal["H1", "H2", "Hv"] = "H1"
+    """How the transmissibility under random base motion was estimated: H1, cross spectrum over
+    the PSD of the base; H2, PSD of the mass over the cross spectrum; Hv, the root of the ratio
+    of both PSDs."""
+    duration: PositiveTime | None = None
+    """Time over which the laboratory averaged the curve [s], under random base motion; default:
+    estimated from the scatter of the curves."""
 
     one_of: ClassVar[tuple[tuple[str, ...], ...]] = (LEVELS,)
     any_of: ClassVar[tuple[tuple[str, ...], ...]] = (RATIOS,)

@@ -50,6 +50,7 @@ import numpy as np
 from drysim.core.compile import choose_engine
 from drysim.core.model import Floats, Input, Samples, Sines
 from drysim.errors import EXIT_CHECK_FAILED, SolverError, UsageError, WarningMessage
+from drysim.excitation.random import RandomMotion
 from drysim.metrics.checks import Verdict
 from drysim.metrics.table import Values
 from drysim.parallel import WorkerPool, worker_count
@@ -93,6 +94,13 @@ from drysim.study.fit_model import (
     model_of_law,
 )
 from drysim.study.fit_profiles import ParameterProfile
+from drysim.study.fit_spectrum_curves import (
+    Scatter,
+    SpectrumFit,
+    SpectrumModel,
+    build_spectrum_model,
+    fit_spectrum_curves,
+)
 from drysim.study.fit_warnings import fit_warnings
 from drysim.study.outcome import Result, format_repr
 from drysim.study.preparation import (
@@ -192,6 +200,8 @@ class FitResult(Result):
         Measured and fitted curves, of a fit to curves.
     base_noise : BaseNoise or None
         Noise of the base record; None if the base is not a record.
+    scatter : Scatter or None
+        Signals and times of estimates, of a fit to curves under random base motion.
     spring_in_force : bool
         Whether the force of a rig contains those of spring and damper.
     checks : tuple of Verdict
@@ -217,6 +227,7 @@ class FitResult(Result):
     metrics: Values
     curves: tuple[FittedCurve, ...] = ()
     base_noise: BaseNoise | None = field(default=None, compare=False)
+    scatter: Scatter | None = None
     spring_in_force: bool = False
     checks: tuple[Verdict, ...] = ()
     warnings: tuple[WarningMessage, ...] = ()
@@ -399,12 +410,17 @@ def read_model(scenario: Scenario) -> FitModel:
     RecordError, ScenarioError
         As `build_model` does.
     """
-    is_of_curves = fit_of(scenario).curves is not None
-    return build_curve_model(scenario) if is_of_curves else build_model(scenario)
+    if fit_of(scenario).curves is None:
+        return build_model(scenario)
+    if isinstance(scenario.excitation, RandomMotion):
+        return build_spectrum_model(scenario)
+    return build_curve_model(scenario)
 
 
 def fit_model(model: FitModel, steps: Steps, finished: Callable[[int], None]) -> LawFit:
     """Return the best solution for one model; `finished` is called with 1 for each start."""
+    if isinstance(model, SpectrumModel):
+        return fit_spectrum_curves(model, steps, finished)
     if isinstance(model, CurveModel):
         return fit_curves(model, steps, finished)
     end = fitted_end(model.scenario, model.measurement)
@@ -546,6 +562,7 @@ def describe_fit(
         draws=draws,
         metrics=metrics,
         base_noise=law_fit.base_noise,
+        scatter=law_fit.scatter if isinstance(law_fit, SpectrumFit) else None,
         spring_in_force=model.fit.is_rig and model.spring_in_force,
         checks=tuple(check.judge(metrics) for check in source.checks),
         warnings=(

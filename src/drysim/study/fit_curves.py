@@ -24,7 +24,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,6 @@ from drysim.core.compile import choose_engine
 from drysim.core.model import Floats, Input, State
 from drysim.errors import ScenarioError, SolverError
 from drysim.excitation.harmonic import Harmonic
-from drysim.excitation.random import RandomMotion
 from drysim.records.record import read_ratios
 from drysim.scenario.fit import FIT_KEY, LEVEL_UNITS, RATIOS
 from drysim.scenario.model import STATIC_PATHS, Scenario
@@ -79,7 +78,7 @@ LEAST_NOISE = 1e-9
 """Least noise of the stabilised ratios, whose usual noise is one: rounding."""
 
 SLOPE_STEP = 1e-6
-"""Relative step of the derivatives: orbits are exact to rounding."""
+"""Relative step of the derivatives by orbits."""
 
 NULL_SHARE = 10.0 * SLOPE_STEP
 """Ratio of singular values below which a direction has no effect: forward differences have an
@@ -149,10 +148,9 @@ class CurveRows(NamedTuple):
     def stabilised(self, ratios: Floats, noise: Floats) -> Floats:
         """Return ratios, of shape (..., n), in units in which the noise of all rows is one.
 
-        `noise` is the relative noise of each of `RATIOS`.
+        `noise` is the relative noise of each row.
         """
-        share = noise[self.ratio]
-        stable: Floats = np.arcsinh(share * ratios / self.rounding) / share
+        stable: Floats = np.arcsinh(noise * ratios / self.rounding) / noise
         return stable
 
 
@@ -198,7 +196,7 @@ class SolvedCurves:
         self, sizes: Floats, names: tuple[str, ...], integrated: bool = False
     ) -> dict[str, Floats] | None:
         """Return the derivatives of the rows by the values, as forward differences."""
-        steps = SLOPE_STEP * sizes
+        steps = self.model.slope_step * sizes
         steps = np.where(self.values + steps <= self.model.bounds[1], steps, -steps)
         near = self.values + np.diag(steps)
         ratios, _ = self.model.ratios(near)
@@ -212,15 +210,28 @@ class CurveModel(FitModel):
 
     rows: CurveRows
     noise: Floats
-    """Relative noise of each of `RATIOS`."""
+    """Relative noise of each row."""
+
+    slope_step: ClassVar[float] = SLOPE_STEP
+    """Relative step of the derivatives: orbits are exact to rounding."""
+    tolerance: ClassVar[float] = 1e-6
+    """Relative change of the cost, and of the values, at which the fit of a start ends."""
+    dampings: ClassVar[tuple[float, ...]] = DAMPING_RATIOS
+    static_ratios: ClassVar[tuple[float, ...]] = STATIC_RATIOS
+    """Damping ratios, and ratios of static to kinetic friction, among the starts."""
 
     @classmethod
-    def of(cls, model: FitModel, rows: CurveRows, noise: Floats) -> CurveModel:
+    def of(cls, model: FitModel, rows: CurveRows) -> Self:
         """Return the model of a scenario with these rows."""
+        shared = (model.scenario, model.motion, model.measurement, model.parameters, model.case)
+        noise = np.full(len(rows.measured), RELATIVE_NOISE)
+        return cls(*shared, rows, noise).with_rows(rows, noise)
+
+    def with_rows(self, rows: CurveRows, noise: Floats) -> Self:
+        """Return the model with other rows, and the relative noise of each."""
         stable = rows.stabilised(rows.measured, noise)
-        measurement = model.measurement._replace(channels={CURVES: stable - stable.mean()})
-        shared = (model.scenario, model.motion, measurement, model.parameters, model.case)
-        return cls(*shared, rows, noise)
+        measurement = self.measurement._replace(channels={CURVES: stable - stable.mean()})
+        return replace(self, measurement=measurement, rows=rows, noise=noise)
 
     @property
     def fixed_start(self) -> tuple[str, ...]:
@@ -318,14 +329,14 @@ class CurveModel(FitModel):
             low, high = FRICTION_SHARES
             ends = low * float(peak.min()), high * float(peak.max())
             limits = np.geomspace(*ends, FRICTIONS).tolist()
-        ratios = list(STATIC_RATIOS)
+        ratios = list(self.static_ratios)
         if not keys & {"static", "static_ratio", "mu_static"}:
             ratios = [self.case.law.F_fs / (self.case.law.F_fk or 1.0)]
         starts = []
         for stiffness, limit, ratio in product(stiffnesses, limits, ratios):
             dampings = [b]
             if keys & {"damping", "damping_ratio"}:
-                dampings = [2.0 * each * np.sqrt(stiffness * m) for each in DAMPING_RATIOS]
+                dampings = [2.0 * each * np.sqrt(stiffness * m) for each in self.dampings]
             starts += [
                 {"m": m, "k_x": stiffness, "b": each, "F_fk": limit, "static_ratio": ratio}
                 for each in dampings
@@ -344,7 +355,7 @@ class CurveModel(FitModel):
             [[self._start_of(p, start, False) for p in self.parameters] for start in starts]
         )
         values = np.clip(values, *self.bounds)
-        few = self.of(self, self.rows.part(self._is_judge), self.noise)
+        few = self.with_rows(self.rows.part(self._is_judge), self.noise[self._is_judge])
         difference = few.channel(few.ratios(values)[0]) - few.measurement.channels[CURVES]
         robust = ROBUST_SHARE / RELATIVE_NOISE
         scores = np.sum(np.sqrt(1.0 + (difference / robust) ** 2), axis=1)
@@ -382,8 +393,11 @@ def steady_metrics(
     return orbit_metrics(scenes, results, status, STEADY_METRICS)
 
 
+@dataclass(frozen=True, eq=False)
 class CurveSquares(LeastSquares):
     """Residuals of curves: few rows, all of which count from the beginning."""
+
+    model: CurveModel
 
     leaves_out_events = False
     null_share = NULL_SHARE
@@ -396,7 +410,8 @@ class CurveSquares(LeastSquares):
         """Return the solution of a robust fit of all rows."""
         function = self.over(self.all_samples)
         robust = max(self.robust_level(), 1.5 * float(np.median(np.abs(function.value(x)))))
-        return minimise(function, x, SLOPE_STEP, self.bounds, FINAL_CALLS, robust, 1e-6)
+        end = self.model.tolerance
+        return minimise(function, x, SLOPE_STEP, self.bounds, FINAL_CALLS, robust, end)
 
 
 @dataclass(frozen=True, eq=False)
@@ -435,7 +450,7 @@ class CurveFit(LawFit):
             if (here := rows.ratio == i).any():
                 difference = (self.solved.ratios - rows.measured)[here]
                 size = np.maximum(rows.measured, rows.rounding)[here]
-                noise = float(self.model.noise[i])
+                noise = rms(self.model.noise[here])
                 fits.append(ChannelFit(name, noise, rms(difference / size), None, None))
         return tuple(fits)
 
@@ -491,7 +506,7 @@ LEVEL_WORDS = {
 
 
 def build_curve_model(scenario: Scenario) -> CurveModel:
-    """Read the curves of a fit block, and return the model.
+    """Read the curves of a fit block that were measured under sines, and return the model.
 
     Raises
     ------
@@ -500,10 +515,23 @@ def build_curve_model(scenario: Scenario) -> CurveModel:
     ScenarioError
         If the scenario has no orbits that are solved together, or a free key has no start.
     """
+    check_steady(scenario)
+    choose_engine(10**9, "orbit.solve_orbits")
+    return CurveModel.of(*read_model(scenario))
+
+
+def read_model(scenario: Scenario) -> tuple[FitModel, CurveRows]:
+    """Return the scenario as a model, and the rows of its curves.
+
+    Raises
+    ------
+    RecordError
+        If a file cannot be used.
+    ScenarioError
+        If there are too few rows.
+    """
     from drysim.study.fit_model import free_parameters
 
-    block = fit_of(scenario)
-    check_steady(scenario)
     rows, inputs = read_curves(scenario)
     count = len(rows.measured)
     parameters = free_parameters(scenario)
@@ -517,33 +545,36 @@ def build_curve_model(scenario: Scenario) -> CurveModel:
     motion = base_motion(scenario)
     measurement = Measurement({}, np.arange(float(count)), 0, 1, inputs, ())
     model = FitModel(scenario, motion, measurement, parameters, assemble(scenario, motion))
-    assert block.curves is not None
-    choose_engine(10**9, "orbit.solve_orbits")
-    return CurveModel.of(model, rows, np.full(len(RATIOS), RELATIVE_NOISE))
+    return model, rows
 
 
 def check_steady(scenario: Scenario) -> None:
     """Raise ScenarioError for a scenario without steady motions that are solved together."""
-    if isinstance(scenario.excitation, RandomMotion):
-        sentence = (
-            "excitation.kind: curves under random base motion are not fitted: their values "
-            "depend on the very signal; fit the records of base and mass, `measured`"
-        )
-        raise scenario.error(sentence, ("excitation", "kind"))
     if not isinstance(scenario.excitation, Harmonic):
         sentence = (
-            "excitation.kind: the base motion of a measured curve is a sine: write "
-            "`excitation: {kind: harmonic, frequency: 2 Hz, rms: 0.5 m/s2}`; the fit takes "
-            "frequencies and levels from the curves"
+            "excitation.kind: the base motion of a measured curve is a sine, or random: write "
+            "`excitation: {kind: harmonic, frequency: 2 Hz, rms: 0.5 m/s2}`, or psd, standard "
+            "or road with the spectrum of the measurement; levels, and the frequencies of "
+            "sines, are those of the curves"
         )
         raise scenario.error(sentence, ("excitation", "kind"))
     measure = scenario.measure.without_weights()
     if not can_solve_together(scenario.copy_with({"measure": measure, "sweep": ()})):
-        sentence = (
-            "fit.curves: curves are fitted under Coulomb friction by stick-slip, without end "
-            "stops, values by direction and lift-off; fit a record instead"
-        )
-        raise scenario.error(sentence, ("fit", "curves"))
+        raise scenario.error(NOT_FITTED, ("fit", "curves"))
+    for i, curve in enumerate(fit_of(scenario).curves or ()):
+        for key in {"estimator", "duration"} & curve.model_fields_set:
+            sentence = (
+                f"fit.curves #{i + 1}: {key} has no meaning under a sine, whose ratios are "
+                "those of RMS values; remove it"
+            )
+            raise scenario.error(sentence, ("fit", "curves", i, key))
+
+
+NOT_FITTED = (
+    "fit.curves: curves are fitted under Coulomb friction by stick-slip, without end stops, "
+    "values by direction and lift-off; fit a record instead"
+)
+"""What is wrong with a scenario whose motions are others."""
 
 
 def read_curves(scenario: Scenario) -> tuple[CurveRows, tuple[Input, ...]]:
@@ -603,6 +634,26 @@ def fit_curves(model: CurveModel, steps: Steps, finished: Callable[[int], None])
     SolverError
         If no start can be solved.
     """
+    first, ends, x = follow_starts(model, steps, finished)
+    fitted = CurveFit(model, first, ends, final_fit(first, x))
+    if first.error(x) < EXACT:
+        return fitted
+    weighted = model.with_rows(model.rows, noise_of(fitted))
+    squares = replace(first, model=weighted)
+    solution = final_fit(squares, best_static(squares, fitted.solution.x))
+    return replace(fitted, model=weighted, first=squares, solution=solution)
+
+
+def follow_starts(
+    model: CurveModel, steps: Steps, finished: Callable[[int], None]
+) -> tuple[CurveSquares, tuple[Floats, ...], Floats]:
+    """Return the residuals, and the scaled parameters at the end of each start and of the best.
+
+    Raises
+    ------
+    SolverError
+        If no start can be solved.
+    """
     starts = model.starts()
     first = CurveSquares.starting_from(model, np.inf, starts[0])
     if first.solve(starts[0] / first.scale) is None:
@@ -614,13 +665,7 @@ def fit_curves(model: CurveModel, steps: Steps, finished: Callable[[int], None])
         followed.append(end_point)
         finished(1)
     _, x = min(followed, key=lambda pair: pair[0])
-    fitted = CurveFit(model, first, tuple(x for _, x in followed), final_fit(first, x))
-    if first.error(x) < EXACT:
-        return fitted
-    weighted = CurveModel.of(model, model.rows, noise_of(fitted))
-    squares = replace(first, model=weighted)
-    solution = final_fit(squares, best_static(squares, fitted.solution.x))
-    return replace(fitted, model=weighted, first=squares, solution=solution)
+    return first, tuple(x for _, x in followed), x
 
 
 def final_fit(squares: CurveSquares, x: Floats) -> Solution:
@@ -676,7 +721,7 @@ def likely_wrong_level(fitted: CurveFit) -> str:
 
 
 def noise_of(fitted: CurveFit) -> Floats:
-    """Return the relative noise of each kind of ratio, from the residuals.
+    """Return the relative noise of each row, one of each kind of ratio, from the residuals.
 
     Their squares, divided by the variance of noise and rounding, are one on average.
     """
@@ -692,5 +737,5 @@ def noise_of(fitted: CurveFit) -> Floats:
             variance = (share * rows.measured[here]) ** 2 + rows.rounding[here] ** 2
             is_more = float(np.mean(difference[here] ** 2 / variance)) > freedom
             low, high = (share, high) if is_more else (low, share)
-        noise[i] = low
+        noise[here] = low
     return noise

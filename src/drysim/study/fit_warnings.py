@@ -23,6 +23,7 @@ from drysim.study.fit_law import (
 )
 from drysim.study.fit_least_squares import MIN_PART, STEPS, LeastSquares, is_noise, rms
 from drysim.study.fit_model import MIN_SAMPLES, FitModel, FreeParameter, is_decay
+from drysim.study.fit_spectrum_curves import SpectrumFit
 from drysim.study.starting_values import STILL_NOISE, noise_level
 from drysim.wording import format_number, format_quantity, join_words
 
@@ -124,7 +125,8 @@ def fit_warnings(
         if error > EXACT and abs(white_score(law_fit, name)) > WHITE:
             left = rho - expected
             factor = format_number(np.sqrt((1.0 + left) / (1.0 - left)), digits=2)
-            beside = f", {expected:.2f} by the noise of the base" if expected else ""
+            cause = "scatter" if isinstance(law_fit, SpectrumFit) else "noise of the base"
+            beside = f", {expected:.2f} by the {cause}" if expected else ""
             sentence = (
                 f"the residuals of {name} are not white (correlation of neighbours "
                 f"{rho:.2f}{beside}): the intervals are too "
@@ -154,6 +156,8 @@ def other_solution(law_fit: CurveFit, parameters: Sequence[Parameter]) -> str:
 def cause_of_bad_fit(law_fit: LawFit, of_records: Sequence[WarningMessage]) -> str:
     """Return why the fitted motion may differ from the measured one; empty if it does not."""
     is_bad = law_fit.error > BAD_FIT
+    if isinstance(law_fit, SpectrumFit):
+        return law_fit.wrong_level or UNKNOWN_FAULT_OF_CURVES * is_bad
     if isinstance(law_fit, CurveFit):
         is_white = abs(white_score(law_fit, CURVES)) <= WHITE
         cause = "" if is_white or law_fit.error < EXACT else likely_wrong_level(law_fit)
@@ -176,7 +180,9 @@ def white_score(law_fit: LawFit, name: str) -> float:
 
 
 def expected_correlation(law_fit: LawFit, name: str) -> float:
-    """Return the correlation of neighbouring residuals by the noise of the base."""
+    """Return the correlation of neighbouring residuals by scatter or noise of the base."""
+    if isinstance(law_fit, SpectrumFit):
+        return law_fit.neighbour_correlation
     noise = law_fit.base_noise
     if noise is None or noise.level == 0.0:
         return 0.0

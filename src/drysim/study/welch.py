@@ -24,12 +24,16 @@ def check_spectra(case: Case) -> None:
     check_segment(case)
 
 
-def check_segment(case: Case) -> None:
-    """Raise a ScenarioError if the segments are too short, or longer than the window."""
+def check_segment(case: Case, segment: float | None = None) -> None:
+    """Raise a ScenarioError if the segments are too short, or longer than the window.
+
+    Their length is that of the scenario, or `segment` [s].
+    """
     from drysim.metrics.spectra import MIN_SEGMENT_STEPS
 
     scenario, key = case.scenario, "measure.spectra"
-    segment, length = segment_length(case), case.window[1] - case.window[0]
+    segment = segment_length(case) if segment is None else segment
+    length = case.window[1] - case.window[0]
     minimum = MIN_SEGMENT_STEPS * case.step
     if segment < minimum * (1 - LENGTH_TOLERANCE):
         key = "measure.segment" if scenario.measure.segment else key
