@@ -239,6 +239,11 @@ class CurveModel(FitModel):
         return ()
 
     @property
+    def short(self) -> CurveModel:
+        """The model by which starts are judged."""
+        return self
+
+    @property
     def extent(self) -> str:
         """The levels that are measured, for the remarks on what they do not determine."""
         return "at these levels"
@@ -355,7 +360,7 @@ class CurveModel(FitModel):
             [[self._start_of(p, start, False) for p in self.parameters] for start in starts]
         )
         values = np.clip(values, *self.bounds)
-        few = self.with_rows(self.rows.part(self._is_judge), self.noise[self._is_judge])
+        few = self.short.with_rows(self.rows.part(self._is_judge), self.noise[self._is_judge])
         difference = few.channel(few.ratios(values)[0]) - few.measurement.channels[CURVES]
         robust = ROBUST_SHARE / RELATIVE_NOISE
         scores = np.sum(np.sqrt(1.0 + (difference / robust) ** 2), axis=1)

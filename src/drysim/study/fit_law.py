@@ -195,6 +195,10 @@ class LawFit:
             values[j] = values[j] if bound is None else bound
         return values
 
+    def with_solution(self, solution: Solution) -> LawFit:
+        """Return the fit with another solution under the same law."""
+        return replace(self, solution=solution)
+
     def bound_of(self, j: int, value: float) -> float | None:
         """Return the bound that a value of a parameter is at; None between them."""
         p, scale = self.model.parameters[j], float(self.first.scale[j])
@@ -430,7 +434,8 @@ def under_base_noise(law_fit: LawFit, steps: Steps) -> LawFit:
 
     No step is kept: the motions with drawn noise are a few percent of those of a fit.
     """
-    if law_fit.error > USELESS or law_fit.error < EXACT:
+    is_fit = EXACT <= law_fit.error <= USELESS
+    if not (is_fit and law_fit.model.has_recorded_base):
         return law_fit
     solution, noise = with_base_noise(law_fit.solution, steps.pool)
     ratios = np.array([solution.inflation(j) for j in range(len(solution.x))])
@@ -476,7 +481,7 @@ def refit_from_profiles(
     _, x = squares.fine(lowest.x, STEPS[2:])
     solution = final_fit(squares, x)
     is_better = squares.cost(solution.x) < BETTER * law_fit.solution.cost
-    return replace(law_fit, solution=solution) if is_better else None
+    return law_fit.with_solution(solution) if is_better else None
 
 
 def with_best_static_limit(law_fit: LawFit, profiles: Mapping[int, ParameterProfile]) -> LawFit:

@@ -56,7 +56,13 @@ from drysim.study.fit_curves import (
     read_model,
 )
 from drysim.study.fit_law import Steps
-from drysim.study.fit_least_squares import Differentiable, Solution, minimise, sizes
+from drysim.study.fit_least_squares import (
+    Differentiable,
+    Solution,
+    covariance_of,
+    minimise,
+    sizes,
+)
 from drysim.study.fit_model import fit_of
 from drysim.study.preparation import base_motion
 from drysim.study.statistics import NORMAL_95, student_t
@@ -102,6 +108,9 @@ the others; and the bounds of these, relative."""
 STATIC_STEP = 0.25
 """The same of a static limit, relative: one near kinetic friction has next to no effect, so
 that its interval is wider than the deviation tells."""
+
+NEAREST = 0.3
+"""Share of a step from which a bound is far enough to be a point of a polynomial."""
 
 REACH = 3.0
 """Steps within which a polynomial leads to the centre of the next one."""
@@ -175,7 +184,7 @@ class SpectrumModel(CurveModel):
         levels, inverse = np.unique(self.rows.rms, return_inverse=True)
         return levels, inverse.ravel()
 
-    @property
+    @cached_property
     def stride(self) -> int:
         """Steps of the motion in each step of the series that are transformed.
 
@@ -598,9 +607,13 @@ class LocalModel(CurveModel):
         """Return the polynomial through ratios at steps of each value, and of each pair."""
         low, high = model.bounds
         unit, count = np.eye(len(centre)), len(centre)
-        # Both sides, or one if the bound is near.
-        first = np.where(centre + size <= high, 1.0, -1.0)
-        second = np.where((centre - size >= low) & (first > 0.0), -1.0, 2.0 * first)
+        # Both sides, as far as the bounds allow, or one side if a bound is too near.
+        up, down = (
+            np.minimum((high - centre) / size, 1.0),
+            np.minimum((centre - low) / size, 1.0),
+        )
+        first = np.where(up >= NEAREST, up, -down)
+        second = np.where((down >= NEAREST) & (first > 0.0), -down, 2.0 * first)
         steps = [np.zeros(count), *(first[:, None] * unit), *(second[:, None] * unit)]
         steps += [
             first[i] * unit[i] + first[j] * unit[j] for i in range(count) for j in range(i)
@@ -657,6 +670,12 @@ class SpectrumFit(CurveFit):
             for x, cost in zip(self.ends, costs, strict=True)
         )
         return agree, len(self.ends)
+
+    def with_solution(self, solution: Solution) -> SpectrumFit:
+        """Return the fit with another solution, and its covariance by all errors."""
+        wide = with_wide_slopes(solution, static_limits(self.model))
+        robust = replace(self, solution=wide).robust_covariance()
+        return replace(self, solution=wide._replace(robust_covariance=robust))
 
     @property
     def equal_ends(self) -> tuple[Floats, ...]:
@@ -792,6 +811,27 @@ LEAST_TIMES = 0.05
 """Ratio of simulated to measured time below which the latter is not known."""
 
 
+def with_wide_slopes(solution: Solution, is_static: NDArray[np.bool_]) -> Solution:
+    """Return the solution with the mean slopes over a step of static limits.
+
+    Next to kinetic friction a static limit has no slope, but values that are not far have an
+    effect: it then counts as a value that the curves determine.
+    """
+    squares, slopes = solution.squares, solution.jacobian.copy()
+    for j in np.flatnonzero(is_static).tolist():
+        ends = np.array([solution.x, solution.x])
+        step = STATIC_STEP * float(sizes(solution.x)[j])
+        ends[:, j] = np.clip(
+            solution.x[j] + np.array([-step, step]), *(end[j] for end in squares.bounds)
+        )
+        low, high = (squares.residuals(squares.solve(x), solution.mask) for x in ends)
+        slopes[:, j] = (high - low) / (ends[1, j] - ends[0, j])
+    covariance = covariance_of(slopes)
+    return solution._replace(
+        jacobian=slopes, covariance=covariance, robust_covariance=covariance
+    )
+
+
 def fit_spectrum_curves(
     model: SpectrumModel, steps: Steps, finished: Callable[[int], None]
 ) -> SpectrumFit:
@@ -804,7 +844,7 @@ def fit_spectrum_curves(
     """
     trial, ends, x = follow_starts(model.short, steps, finished)
     squares, weighted = replace(trial, model=model), model
-    is_static = np.array([p.key.startswith(STATIC_PATHS) for p in model.parameters])
+    is_static = static_limits(model)
     step = np.where(is_static, STATIC_STEP, FIRST_TAYLOR_STEP) * sizes(x)
     for _ in range(MAX_POLYNOMIALS):
         centre = x
@@ -819,11 +859,15 @@ def fit_spectrum_curves(
         fitted = SpectrumFit(
             model=weighted, first=replace(squares, model=weighted), ends=ends,
             solution=solution, trial=trial, components=components,
-        )  # fmt: skip
-        robust = fitted.robust_covariance()
+        ).with_solution(solution)  # fmt: skip
         if np.all(np.abs(x - centre) < step):
             break
-        deviations = np.sqrt(np.maximum(np.diag(robust), 0.0))
+        deviations = np.sqrt(np.diag(fitted.solution.robust_covariance))
         step = np.clip(TAYLOR_STEP * deviations / sizes(x), *TAYLOR_STEPS)
         step = np.where(is_static, STATIC_STEP, step) * sizes(x)
-    return replace(fitted, solution=solution._replace(robust_covariance=robust))
+    return fitted
+
+
+def static_limits(model: SpectrumModel) -> NDArray[np.bool_]:
+    """Return which of the free keys are static limits."""
+    return np.array([p.key.startswith(STATIC_PATHS) for p in model.parameters])
