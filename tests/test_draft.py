@@ -212,11 +212,6 @@ def test_times_of_day_with_a_date_may_span_days(drysim, tmp_path):
     assert base_motion(package.load("draft.yaml")).dt == 60.0
 
 
-def test_list_and_record_are_not_combined(refused):
-    told = "--list and --from cannot be combined"
-    assert told in refused("init", "--list", "--from", "x.csv")
-
-
 def test_times_with_gaps_are_still_times(drysim, tmp_path):
     there = np.ones(COUNT, bool)
     there[3000:3007] = there[9000:9900] = False

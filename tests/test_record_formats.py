@@ -303,6 +303,12 @@ def test_mat_that_is_damaged_is_refused_and_never_read_beyond_its_end(tmp_path):
             assert said.startswith("the record is not a MAT file, or it is damaged: ")
     (tmp_path / "r.mat").write_bytes(whole[:200] + b"\0\0\0\0" + whole[204:])
     assert "cannot be decompressed" in refused(tmp_path, "r.mat", step=1, unit="g")
+    mat(tmp_path / "r.mat", {"acc": np.arange(500.0), "more": np.arange(500.0)})
+    whole = bytearray((tmp_path / "r.mat").read_bytes())
+    whole[132:136] = (4000).to_bytes(4, "little")  # into the next variable
+    (tmp_path / "r.mat").write_bytes(whole)
+    said = refused(tmp_path, "r.mat", step=1, unit="g", column="acc")
+    assert said.startswith("the record is not a MAT file, or it is damaged: ")
 
 
 def test_packed_mat_takes_the_memory_of_its_numbers_once(tmp_path):
@@ -328,15 +334,6 @@ def test_mat_that_is_longer_than_what_is_read_at_a_time_holds_every_number(
     mat(tmp_path / "r.mat", {"odd": 1.0, "acc": values}, do_compression=packed)
     motion = motion_of(tmp_path, "r.mat", step=1, unit="m/s2")
     np.testing.assert_array_equal(motion.u_dd[:], values)
-
-
-def test_mat_whose_numbers_reach_beyond_their_variable_is_refused(tmp_path):
-    mat(tmp_path / "r.mat", {"acc": np.arange(500.0), "more": np.arange(500.0)})
-    whole = bytearray((tmp_path / "r.mat").read_bytes())
-    whole[132:136] = (4000).to_bytes(4, "little")
-    (tmp_path / "r.mat").write_bytes(whole)
-    said = refused(tmp_path, "r.mat", step=1, unit="g", column="acc")
-    assert said.startswith("the record is not a MAT file, or it is damaged: ")
 
 
 def test_mat_of_a_thousand_times_its_size_is_refused_before_it_is_unpacked(tmp_path):
@@ -395,42 +392,26 @@ def test_header_of_an_at2_may_be_in_any_encoding(tmp_path, samples):
 
 AT2S = {
     "cut": (lambda text: text[:-30], "the header says NPTS= 500, but there are 499 sa"),
-    "head only": (
-        lambda text: "\n".join(text.splitlines()[:4]) + "\n \n",
-        "the header says NPTS= 500, but there are 0 samples, fewer: the file is truncated",
-    ),
+    "head only": (lambda text: "\n".join(text.splitlines()[:4]) + "\n \n",
+        "the header says NPTS= 500, but there are 0 samples, fewer: the file is truncated"),
     "long": (lambda text: text + "1 2\n", "there are 502 samples, more"),
     "word": (lambda text: text + "oops 1\n", "row 105: `oops` is not a number"),
-    "nan": (
-        lambda text: text[:-45] + " nan 1\n",
-        "sample 499, series 1: not a number: the record has a gap",
-    ),
-    "header": (
-        lambda text: text[:70],
-        "the record is not an AT2 file: none of its first 10 lines",
-    ),
-    "step": (
-        lambda text: text.replace(".0050", "-1e-"),
-        "DT must be a number above 0, not `NPTS= 500, DT",
-    ),
+    "nan": (lambda text: text[:-45] + " nan 1\n",
+        "sample 499, series 1: not a number: the record has a gap"),
+    "header": (lambda text: text[:70],
+        "the record is not an AT2 file: none of its first 10 lines"),
+    "step": (lambda text: text.replace(".0050", "-1e-"),
+        "DT must be a number above 0, not `NPTS= 500, DT"),
     "binary": (lambda text: text + "\0", "the record is binary"),
-    "claim": (
-        lambda text: text.replace("500", "1" + 18 * "0", 1),
-        "the header says NPTS= 1000000000000000000, but there are 500 samples, fewer",
-    ),
-    "power": (
-        lambda text: text.replace("500", "1e18", 1),
-        "NPTS must be a whole number above 0",
-    ),
-    "half": (
-        lambda text: text.replace("500", "500.5", 1),
-        "above 0, not `NPTS= 500.5, DT= .0050`",
-    ),
-    "none": (
-        lambda text: text.replace("500", "-500", 1),
-        "above 0, not `NPTS= -500, DT= .0050`",
-    ),
-}
+    "claim": (lambda text: text.replace("500", "1" + 18 * "0", 1),
+        "the header says NPTS= 1000000000000000000, but there are 500 samples, fewer"),
+    "power": (lambda text: text.replace("500", "1e18", 1),
+        "NPTS must be a whole number above 0"),
+    "half": (lambda text: text.replace("500", "500.5", 1),
+        "above 0, not `NPTS= 500.5, DT= .0050`"),
+    "none": (lambda text: text.replace("500", "-500", 1),
+        "above 0, not `NPTS= -500, DT= .0050`"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", AT2S)
@@ -713,19 +694,15 @@ def test_universal_file_may_have_times_of_its_own(tmp_path):
     assert motion_of(tmp_path, "r.uff", channel="acc", rate=100).dt == 0.01
 
 
-def test_universal_file_that_is_cut_short_is_refused(tmp_path):
+def test_universal_file_that_is_cut_short_or_holds_spectra_is_refused(tmp_path):
     uff(tmp_path / "r.uff", {"acc": np.ones(50)}, num_pts=60, binary=0)
     text = (tmp_path / "r.uff").read_text()
     (tmp_path / "r.uff").write_text(text.replace("        50", "        60"))
     said = refused(tmp_path, "r.uff")
     assert said == "data set 1 is truncated or damaged: it has 50 samples, not 60"
-
-
-def test_spectra_in_a_universal_file_are_no_records(tmp_path):
     uff(tmp_path / "r.uff", func_type=2)
-    assert "is not a universal file with a time history in a data set 58" in refused(
-        tmp_path, "r.uff"
-    )
+    sentence = "is not a universal file with a time history in a data set 58"
+    assert sentence in refused(tmp_path, "r.uff")
 
 
 def test_times_that_jitter_are_refused_unless_the_scenario_says_a_rate(tmp_path):
