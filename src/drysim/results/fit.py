@@ -44,6 +44,7 @@ from drysim.wording import (
     format_count,
     format_number,
     format_percent,
+    format_quantity,
     format_range,
     join_words,
 )
@@ -257,7 +258,7 @@ def quality_rows(result: FitResult) -> Iterator[Row]:
         )
         if channel.offset is not None:
             unit = CHANNEL_UNITS[channel.name]
-            yield Row(f"offset {channel.name}", format_number(channel.offset, unit))
+            yield Row(f"offset {channel.name}", format_quantity(channel.offset, unit))
     if result.is_useless:
         return
     if (noise := result.base_noise) is not None and noise.level > 0.0:
@@ -284,7 +285,7 @@ def _describe_error(channel: ChannelFit) -> str:
     if channel.error > EXACT and channel.name not in CHANNEL_UNITS:  # of curves
         parts.append(f"noise {format_percent(channel.noise)} of each value")
     elif channel.error > EXACT:
-        noise = format_number(channel.noise, CHANNEL_UNITS[channel.name], 3)
+        noise = format_quantity(channel.noise, CHANNEL_UNITS[channel.name], 3)
         parts.append(f"residuals {noise} RMS beside events")
     return "; ".join(parts)
 
