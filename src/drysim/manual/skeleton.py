@@ -100,7 +100,7 @@ def key_lines(entry: Entry, indentation: str, is_stated: bool, kind: str = "") -
 
 def value_of(entry: Entry, kind: str) -> str:
     """Return the value of a key: stated, by default, or an example."""
-    by_default = "" if entry.default.startswith("required") else entry.default
+    by_default = "" if entry.default.startswith(("required", "false")) else entry.default
     choices = [choice for choice, _ in entry.choices] or ["true"]
     return (
         STATED.get(entry.word) or by_default or examples.value(entry.word, [kind]) or choices[0]

@@ -59,9 +59,10 @@ def sweep_example(scenario: Scenario) -> str:
 
 
 def map_example(scenario: Scenario) -> str:
-    """Return a sweep block with the two axes of a map."""
+    """Return a sweep block with the two axes of a map, and the option that does without it."""
     lines = range_lines(scenario, MAPPED_KEYS, f", count: {MAP_NODES}")
-    return "\n  ".join([f"{HEADING}sweep:", *lines])
+    block = "\n  ".join([f"{HEADING}sweep:", *lines])
+    return f"{block}\n\nor, without a block, --over KEY=FROM:TO:STEP twice"
 
 
 def design_example(scenario: Scenario) -> str:

@@ -628,7 +628,8 @@ def fitted_scenario(law_fit: LawFit) -> Scenario:
     context = {"folder": scenario.folder, "document": document}
     plain = Scenario.model_validate(fields, context=context)
     swept = law_fit.model.scenario
-    kept = {"sweep": swept.sweep, "reference": swept.reference}
+    # The solver is that of the file: a default step may differ between the cases of a sweep.
+    kept = {"sweep": swept.sweep, "reference": swept.reference, "solver": scenario.solver}
     return plain.copy_with(kept | {"design": scenario.design, "checks": judged.checks})
 
 
