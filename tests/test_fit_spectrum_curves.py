@@ -133,3 +133,10 @@ def test_what_is_refused(refused, tmp_path: Path, before, after, message):
     assert before in text
     file.write_text(text.replace(before, after, 1))
     assert message in refused("fit", "twin.yaml")
+
+
+def test_rows_of_a_table_leave_out_what_the_spectrum_does_not_reach():
+    curves = curves_of_gallery((0.6, 1.0, 1.8), rows={"from": 6, "to": 40})
+    curves["excitation.points"] = [[0.85, 1.0], [10.0, 1.0]]
+    rows = read_model(package.load(GALLERY, curves)).rows
+    assert (rows.frequency.min(), rows.frequency.max()) == (1.0, 7.8)

@@ -592,7 +592,7 @@ def read_curves(scenario: Scenario) -> tuple[CurveRows, tuple[Input, ...]]:
         inputs.append(source)
         for i, ratios in zip(present, read, strict=True):
             path: KeyPath = (FIT_KEY, "curves", index, RATIOS[i])
-            other = paths.setdefault((curve.path, curve.rows, ratios.column), path)
+            other = paths.setdefault((curve.path, repr(curve.rows), ratios.column), path)
             if other != path:
                 sentence = f"{spoken_name(path)} is column {ratios.column + 1} of {curve.file}"
                 rule = f"and so is {spoken_name(other)}: each needs its own"
