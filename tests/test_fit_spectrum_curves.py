@@ -116,13 +116,16 @@ def test_intervals_of_40_twins_hold_the_truth_in_88_percent_or_more(tmp_path):
         ("rms: 0.", "displacement: 0.",
          "#1: displacement is that of a sine, but the base motion is random; give rms"),
         ("[[0.5, 1], [20, 1]]", "[[0.5, 1], [10, 1]]",
-         "the base has no power at 10.82 Hz: its spectrum with segments of 5 s is from 0.5 to "
+         "the base hardly moves at 10.82 Hz: its spectrum with segments of 5 s is from 0.5 to "
          "10 Hz; leave other rows out by `rows`"),
         ("solver: {step: 5 ms}",
          "solver: {step: 5 ms}\nmeasure: {spectra: true, segment: 70}",
          "measure.segment is longer than the window of 60 s"),
         ("solver: {step: 5 ms}", "solver: {step: 5 ms, approach: moreau}",
          "curves are fitted under Coulomb friction by stick-slip"),
+        ("{kind: psd, points: [[0.5, 1], [20, 1]], rms: 1, duration: 60, seed: 201}",
+         "{kind: standard, class: AG1, duration: 60, seed: 1}",
+         "fit.curves #1: the base hardly moves at 0.6 Hz: its spectrum with segments of 5 s"),
         ("T_x0,", "T_x0, estimator: H3,", "estimator must be H1, H2 or Hv"),
     ],
 )  # fmt: skip

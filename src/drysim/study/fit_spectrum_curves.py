@@ -42,7 +42,12 @@ from drysim.core.model import CoulombLaw, Floats, Samples
 from drysim.errors import SolverError
 from drysim.excitation.random import RandomMotion
 from drysim.metrics.comfort import Complexes, averaging_gain, base_means
-from drysim.metrics.spectra import MIN_SEGMENT_TIME, MIN_SEGMENTS, segment_transforms
+from drysim.metrics.spectra import (
+    MIN_POWER_SHARE,
+    MIN_SEGMENT_TIME,
+    MIN_SEGMENTS,
+    segment_transforms,
+)
 from drysim.scenario.fit import RATIOS
 from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.study.fit_curves import (
@@ -323,7 +328,7 @@ class SpectrumModel(CurveModel):
                     if group.level == level:
                         spectra = spectral_matrix(signals.transforms, responses[group.ratio])
                         ratio = size_of_transfer(group.estimator, *spectra)
-                        ratios[k, group.rows] = group.between(ratio)
+                        ratios[k, group.rows] = np.maximum(group.between(ratio), LEAST_RATIO)
         return ratios, stuck
 
     def scatter(self, values: Floats) -> list[tuple[NDArray[np.intp], Floats]]:
@@ -447,19 +452,24 @@ def check_frequencies(model: SpectrumModel) -> None:
     """Raise ScenarioError for rows at which the spectrum has no power."""
     rows, excitation = model.rows, model.scenario.excitation
     assert isinstance(excitation, RandomMotion), "the base motion has a spectrum"
+    G_u = np.mean(np.square(np.abs(model.short.signals[0].transforms)), axis=1)
+    excited = model.frequencies[G_u > MIN_POWER_SHARE * G_u.max()]
     low, high = excitation.band
-    low = max(low, model.frequencies[0])
+    low, high = max(low, float(excited[0])), min(high, float(excited[-1]))
     outside = (rows.frequency < low * (1.0 - EDGE)) | (rows.frequency > high * (1.0 + EDGE))
     if outside.any():
         first = int(np.argmax(outside))
         i, frequency = int(rows.curve[first]), format_number(rows.frequency[first], "Hz")
         sentence = (
-            f"fit.curves #{i + 1}: the base has no power at {frequency}: its spectrum with "
+            f"fit.curves #{i + 1}: the base hardly moves at {frequency}: its spectrum with "
             f"segments of {format_number(model.segment, 's')} is from "
             f"{format_range(low, high, 'Hz')}; leave other rows out by `rows`"
         )
         raise model.scenario.error(sentence, ("fit", "curves", i))
 
+
+LEAST_RATIO = 1e-9
+"""Least ratio, whose logarithm is still a number."""
 
 EDGE = 1e-6
 """Relative distance of a frequency from the edge of a band that is rounding."""
