@@ -207,12 +207,18 @@ LOGGER = [
     "Test 12\n2026-03-12 10:00\nchannels: 2\nnotes;none\n",
     "t0 = 0\n# remark\n1;2;3\n\n",
     "Lab 3;\n",
+    # The header of the next ones is not in the first row that fits the numbers.
+    "Logger: X; serial 12\nDate: 12.05.2026\n",
+    "Messung um 13:45 in Halle 3\nKanal 1, Boden, 250 Hz\nKanal 2, Temp\n",
+    "Name;X200\nOrt;Halle 3;Linie 2\n",
 ]
 
 
 @pytest.mark.parametrize("head", LOGGER)
-def test_rows_of_a_logger_above_the_header_are_told_and_passed_over(tmp_path, head):
-    text, rows = f"{head}Zeit [s];acc [m/s2]\n0;1\n1;2\n", head.count("\n")
+@pytest.mark.parametrize("begin", ["0", "12.05.2026 13:45:07,0"])
+def test_rows_of_a_logger_above_the_header_are_told_and_passed_over(tmp_path, head, begin):
+    name, end = ("Zeit [s]", "1") if begin == "0" else ("Zeit", begin.replace("7,0", "8,0"))
+    text, rows = f"{head}{name};acc [m/s2]\n{begin};1\n{end};2\n", head.count("\n")
     found = problem_of(tmp_path, text, time="Zeit", column="acc")
     assert f"row {rows + 1} looks like the header" in found.sentence
     assert found.sentence.endswith(f"`skip: {rows}` skips the rows above it")
@@ -407,7 +413,7 @@ FAULTS = {
     "lower header": (
         "Cab;three;\nDay;23.11.2026;\nTime;Acc;B\n0;1;1\n1;2;2\n",
         {"time": "Time"},
-        "row 3 has this name: `skip: 2` skips the rows above it",
+        "row 3 looks like the header, not row 1: `skip: 2` skips the rows above it",
     ),
     "number": (ROWS, {"time": "t", "column": 3}, "there is no column 3"),
     "no header": ("0,1\n1,2\n", {"time": "t"}, "the file has no header"),

@@ -501,12 +501,7 @@ class Columns:
         guess = f" did you mean {format_value(nearest)}?" if nearest else ""
         raise self.error(
             f"there is no {self.word} {format_value(wanted)};{guess} there are: {self.names()}"
-            f"{self.lower_header_hint(wanted)}"
         )
-
-    def lower_header_hint(self, wanted: str) -> str:
-        """Return how to skip rows above a header that has this name; empty if there is none."""
-        return ""
 
 
 # Samples in memory or in their file.

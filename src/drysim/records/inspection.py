@@ -9,7 +9,7 @@ has to decide, and validation of the scenario reports the key until then.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from itertools import islice
@@ -33,12 +33,10 @@ from drysim.records.clean import (
 from drysim.records.clock import is_time_name, is_unit, unit_in_name, unit_of_values
 from drysim.records.columns import (
     ALL_ROWS,
-    Cell,
     Columns,
     Format,
     PrintedTimes,
     RecordFile,
-    RowSelection,
     shorten_quote,
     time_factor,
 )
@@ -49,13 +47,14 @@ from drysim.records.layout import (
     describe_across,
     describe_labels,
     find_foot,
+    find_rows,
     read_preamble,
     runs_across_rows,
     sensors_in_turn,
 )
 from drysim.records.level import Level, measure_level
 from drysim.records.options import LARGE_MEAN, SUGGESTED_HIGH_PASS
-from drysim.records.text import MAX_ROWS_EXAMINED, MISSING, TextTable, is_number
+from drysim.records.text import MAX_ROWS_EXAMINED, TextTable
 from drysim.records.warnings import describe_wrong_unit
 from drysim.units import conversion_factor, is_common_unit
 from drysim.wording import format_count, format_number
@@ -197,31 +196,11 @@ def inspect_record(path: Path) -> Inspection:
 def _find_columns(path: Path) -> tuple[Columns, list[Proposal]]:
     """Return the columns of the rows that are samples, and the keys that select these rows."""
     file, member = open_with_format(path)
-    try:
-        columns = member.columns(file)
-        fault = None if _has_numbers(columns) else columns.error("there are no rows of numbers")
-    except RecordError as error:
-        fault = error
-    if fault is None:
-        return _select_rows(columns, file, member)
-    if "skip" not in member.unused_keys:
-        first = fault.problem.line + 1  # a row of words below a header
-        attempts = [replace(file, rows=RowSelection(first))] * (first > 2)
-        attempts += [replace(file, skip=skip) for skip in range(1, MAX_ROWS_EXAMINED)]
-        for attempt in attempts:
-            try:
-                columns = member.columns(attempt)
-            except RecordError:
-                continue
-            if _has_numbers(columns):
-                if attempt.skip and isinstance(columns, TextTable):  # empty rows, too
-                    attempt = replace(attempt, skip=(columns.header_line or columns.line) - 1)
-                return _select_rows(columns, attempt, member)
-    raise fault
+    return _select_rows(*find_rows(file, member), member)
 
 
 def _select_rows(
-    columns: Columns, file: RecordFile, member: Format
+    file: RecordFile, columns: Columns, member: Format
 ) -> tuple[Columns, list[Proposal]]:
     """Return the columns of the rows that are samples, and the keys that select these rows."""
     proposals, rows, reasons = [], dict[str, object](), []
@@ -284,29 +263,6 @@ def _clock_columns(columns: Columns) -> set[int]:
     clocks = {index for index in range(columns.width) if columns.clock(index) is not None}
     dates = {columns.date_column(index) for index in clocks}
     return clocks | {date[0] for date in dates if date is not None}
-
-
-def _has_numbers(columns: Columns) -> bool:
-    """Whether the first rows of a text table have numbers in the same columns throughout."""
-    if not isinstance(columns, TextTable):
-        return True
-    foot = find_foot(columns)
-    samples = ((line, x) for line, x in columns.rows() if not foot or line < foot.first)
-    rows = [cells for _, cells in islice(samples, MAX_ROWS_EXAMINED) if cells]
-    if not rows or any(len(cells) != columns.width for cells in rows):
-        return False
-    first, last = (
-        {i for i, cell in enumerate(cells) if is_number(cell) or MISSING.fullmatch(cell.text)}
-        for cells in (rows[0], rows[-1])
-    )
-    return bool(last) and last <= first and not any(_is_of_words(cells, last) for cells in rows)
-
-
-def _is_of_words(cells: Sequence[Cell], columns: Collection[int]) -> bool:
-    """Whether a row has words and no number in these columns, as a header has."""
-    cells = [cells[index] for index in columns]
-    words = [cell for cell in cells if not MISSING.fullmatch(cell.text)]
-    return bool(words) and not any(map(is_number, words))
 
 
 def _first_part(columns: Columns) -> tuple[Columns, bool]:

@@ -8,16 +8,24 @@ series that runs across the rows goes on from the end of a row to the beginning 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import islice, pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from drysim.errors import WarningMessage
+from drysim.errors import RecordError, WarningMessage
 from drysim.records import SI
 from drysim.records.clock import UNIT_BY_WORD
-from drysim.records.columns import Columns, shorten_quote
+from drysim.records.columns import (
+    Cell,
+    Columns,
+    Format,
+    RecordFile,
+    RowSelection,
+    shorten_quote,
+)
 from drysim.records.options import Recorded
 from drysim.records.text import (
     DECIMAL_MARK,
@@ -26,7 +34,9 @@ from drysim.records.text import (
     MAX_ROWS_EXAMINED,
     MISSING,
     TextTable,
+    content_lines,
     end_of_rows,
+    header_error,
     is_number,
     is_word,
     raw_lines,
@@ -180,6 +190,92 @@ def row_warnings(record: Recorded, columns: Columns) -> Iterator[WarningMessage]
         sentence = describe_across(columns, samples)
     if sentence:
         yield WarningMessage("record-rows", f"{record.named}: {sentence}", {})
+
+
+def find_rows(file: RecordFile, member: Format) -> tuple[RecordFile, Columns]:
+    """Return a file with the rows skipped above the header, and its columns.
+
+    Raises
+    ------
+    RecordError
+        If no rows of numbers follow, or the file cannot be read for another reason.
+    """
+    try:
+        columns = member.columns(file)
+        if _has_numbers(columns):
+            return file, columns
+        fault = columns.error("there are no rows of numbers")
+    except RecordError as error:
+        fault = error
+    if "skip" not in member.unused_keys:
+        first = fault.problem.line + 1  # a row of words below a header
+        attempts = [replace(file, rows=RowSelection(first))] * (first > 2)
+        attempts += [replace(file, skip=skip) for skip in range(1, MAX_ROWS_EXAMINED)]
+        for attempt in attempts:
+            try:
+                columns = member.columns(attempt)
+            except RecordError:
+                continue
+            if _has_numbers(columns) and not (attempt.rows.start and _is_title(columns)):
+                if attempt.skip and isinstance(columns, TextTable):  # empty rows, too
+                    attempt = replace(attempt, skip=(columns.header_line or columns.line) - 1)
+                return attempt, columns
+    raise fault
+
+
+def _has_numbers(columns: Columns) -> bool:
+    """Whether the first rows of a text table have numbers in the same columns throughout."""
+    if not isinstance(columns, TextTable):
+        return True
+    foot = find_foot(columns)
+    samples = ((line, x) for line, x in columns.rows() if not foot or line < foot.first)
+    rows = [cells for _, cells in islice(samples, MAX_ROWS_EXAMINED) if cells]
+    if not rows or any(len(cells) != columns.width for cells in rows):
+        return False
+    first, last = (
+        {i for i, cell in enumerate(cells) if is_number(cell) or MISSING.fullmatch(cell.text)}
+        for cells in (rows[0], rows[-1])
+    )
+    return bool(last) and last <= first and not any(_is_of_words(cells, last) for cells in rows)
+
+
+def _is_title(columns: Columns) -> bool:
+    """Whether the header is one cell of several, as a title filled up with delimiters is."""
+    return columns.width > 1 and sum(label.text != "" for label in columns.labels) == 1
+
+
+def _is_of_words(cells: Sequence[Cell], columns: Collection[int]) -> bool:
+    """Whether a row has words and no number in these columns, as a header has."""
+    cells = [cells[index] for index in columns]
+    words = [cell for cell in cells if not MISSING.fullmatch(cell.text)]
+    return bool(words) and not any(map(is_number, words))
+
+
+def lower_header_error(
+    fault: RecordError, file: RecordFile, member: Format, skip: int
+) -> RecordError | None:
+    """Return the error that the header stands below the rows skipped; None if it does not.
+
+    A fault among the samples has another cause. A row of words below samples is no header.
+    """
+    if fault.problem.line > MAX_ROWS_EXAMINED:
+        return None
+    try:
+        readable, columns = find_rows(file, member)
+    except RecordError:
+        return None
+    if not (isinstance(columns, TextTable) and columns.header_line and readable.skip > skip):
+        return None
+    top = columns.file._replace(begin=0, line=1)
+    above = [
+        split_cells(text, columns.delimiter)
+        for line, _, text in islice(content_lines(top), columns.header_line)
+        if line < columns.header_line
+    ]
+    samples = (len(cells) == columns.width and all(map(is_number, cells)) for cells in above)
+    if sum(samples) > 1:
+        return None
+    return header_error(top, columns.header_line, skip + 1)
 
 
 # The lines above the rows.

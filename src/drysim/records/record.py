@@ -53,7 +53,7 @@ from drysim.records.columns import (
     unit_factor,
 )
 from drysim.records.formats import open_with_format
-from drysim.records.layout import row_warnings
+from drysim.records.layout import lower_header_error, row_warnings
 from drysim.records.level import GRAVITY, Level, measure_level
 from drysim.records.options import (
     NOTHING,
@@ -314,6 +314,8 @@ def _open_columns(record: Recorded | RatioTable) -> Iterator[tuple[Columns, Reco
         rows = RowSelection(wanted.start, wanted.to, wanted.where) if wanted else ALL_ROWS
         yield member.columns(replace(file, skip=record.skip, rows=rows)), file
     except RecordError as error:
+        if lower_header := lower_header_error(error, file, member, record.skip):
+            raise lower_header from None
         if not record.path.is_symlink():
             raise
         raise redact_quotes(error, TextFile(file.display_path, file.reader)) from None

@@ -576,14 +576,6 @@ class TextTable(Columns):
         skip = f"`skip: {self.line - 1}` skips the header"
         return f"; {skip}; then select columns by number"
 
-    def lower_header_hint(self, wanted: str) -> str:
-        """Return how to skip rows above a header that has this name; empty if there is none."""
-        for line, _, text in islice(content_lines(self.file), MAX_ROWS_EXAMINED):
-            names = [cell.text.strip() for cell in split_cells(text, self.delimiter)]
-            if line > self.header_line and len(names) > 1 and wanted.strip() in names:
-                return f"; row {line} has this name: `skip: {line - 1}` skips the rows above it"
-        return ""
-
     def series(self) -> list[int]:
         """Return the 0-based columns that may contain samples; unnamed ones do not."""
         named = [i for i, label in enumerate(self.labels) if label.text]
@@ -618,6 +610,12 @@ def check_quotes(file: TextFile, line: int, text: str) -> None:
         raise file.error(sentence, line, cell)
 
 
+def header_error(file: TextFile, likely: int, line: int) -> RecordError:
+    """Return the error that a lower row looks like the header than the one taken for it."""
+    hint = f"`skip: {likely - 1}` skips the rows above it"
+    return file.error(f"row {likely} looks like the header, not row {line}: {hint}", likely)
+
+
 def detect_table(file: TextFile) -> TextTable:
     """Detect header, delimiter and columns of a text file.
 
@@ -630,8 +628,7 @@ def detect_table(file: TextFile) -> TextTable:
     content = ((n, offset, text) for n, offset, text in content_lines(file) if text.strip())
     line, start, text = next(content, (0, 0, ""))
     if (likely := find_header(file)) > line:
-        hint = f"`skip: {likely - 1}` skips the rows above it"
-        raise file.error(f"row {likely} looks like the header, not row {line}: {hint}", likely)
+        raise header_error(file, likely, line)
     header_line, header_text, units = 0, "", list[Cell]()
     if line and is_header(split_cells(text, find_delimiter(text))):
         header_line, header_text = line, text
