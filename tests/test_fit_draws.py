@@ -25,7 +25,7 @@ from drysim.study.cluster import Payload, open_plan
 from drysim.study.fit_draws import Draws, draw, draws_warnings
 from drysim.study.fit_law import LawFit, Steps, fit_law, ignore_progress, profiles_of
 from drysim.study.fit_model import build_model, fitted_end
-from drysim.study.fit_profiles import ParameterProfile, ProfilePoint
+from drysim.study.fit_profiles import ParameterProfile
 from drysim.wording import format_number
 
 MASS = "oscillator: {mass: 75}\n"
@@ -95,7 +95,7 @@ def test_draws_have_the_robust_covariance(linear):
 def test_static_limit_at_a_jump_says_nothing_of_the_other_values(linear):
     covariance = np.diag([1e-4, 4e-4, 1e-20])
     covariance[:2, 2] = covariance[2, :2] = 1e-12  # rounding
-    given = fit_draws.Likelihood(linear.solution, (0, 1), (0.0, 0.0))
+    given = fit_draws.Likelihood(linear.solution, (0, 1), ())
     assert given.at_given_others(covariance) == pytest.approx(covariance[:2, :2])
 
 
@@ -205,21 +205,14 @@ def test_draws_reach_a_likelihood_that_the_covariance_misses(linear, profiled):
     assert draws.values.std(axis=0) == pytest.approx(wanted, rel=0.2)
 
 
-@pytest.mark.parametrize("rise", [1e3, 1e9])
-def test_static_limit_has_half_its_draws_from_all_samples(fitted, rise):
-    law_fit = law_fit_of(fitted[1], MASS + COULOMB, keys(*FOUR), "x_dd: x_dd")
-    j, solution = 3, law_fit.solution
-    x = float(solution.x[j])
-    best = 1.09 * x
-    rises = (0.9 * x, rise), (1.08 * x, rise), (best, 0.0), (1.1 * x, rise)
-    points = [ProfilePoint(value, each, solution.x) for value, each in rises]
-    profile = ParameterProfile(0.9 * x, 1.1 * x, points)
-    shares = (np.arange(200) + 0.5) / 200
-    values = fit_draws.draw_static(law_fit, profile, j, shares)
-    near = abs(values - best) < 0.001 * x
-    assert 0.5 <= near.mean() < 0.55
-    others = (values[~near] - x) / (0.1 * x / 1.96)
-    assert np.quantile(others, (0.025, 0.5, 0.975)) == pytest.approx([-2.0, 0.0, 2.0], abs=0.2)
+def test_static_limit_is_drawn_with_the_other_values(tmp_path):
+    truth = SEAT + friction("kinetic: 20, static_ratio: 1.5")
+    write_twin(tmp_path, truth, noise={"x_dd": 0.005}, seconds=8.0, seed=5, rate=200.0)
+    law_fit = law_fit_of(tmp_path, MASS + COULOMB, keys(*FOUR), "x_dd: x_dd")
+    deviations = np.sqrt(np.diag(law_fit.solution.covariance))
+    wanted = law_fit.solution.covariance / np.outer(deviations, deviations)
+    _, covariance = mean_and_covariance(law_fit)
+    assert covariance == pytest.approx(wanted, abs=0.25)
 
 
 # Draws as cases of a sweep and conditions of a design
@@ -503,10 +496,15 @@ def twin_intervals(
         for name, value, low, high in result.motion_intervals
         if low is not None and high is not None
     }
-    ends = np.quantile(result.draws.values, (0.025, 0.975), axis=0, method="hazen").T
-    for parameter, (low, high) in zip(result.parameters, ends.tolist(), strict=True):
+    for parameter in result.parameters:
         if parameter.key in truth:
-            intervals[parameter.key] = truth[parameter.key], parameter.value, low, high
+            low, high = parameter.profile_low, parameter.profile_high
+            intervals[parameter.key] = (
+                truth[parameter.key],
+                parameter.value,
+                -np.inf if low is None else low,
+                np.inf if high is None else high,
+            )
     return intervals
 
 
@@ -529,6 +527,15 @@ def test_intervals_of_the_motion_hold_the_truth_and_are_not_wide(tmp_path, base_
         assert not all(held(twin[name], 0.2) for twin in twins)
 
 
+def test_static_limit_that_the_samples_between_events_leave_open_is_not_taken_as_fitted(
+    tmp_path,
+):
+    # The fit has 1.0, next to a jump of the motion; up to 2.1 all samples are as probable.
+    interval = twin_intervals(tmp_path, 2001)["friction.static_ratio"]
+    assert interval[0] == pytest.approx(1.98, abs=0.01)
+    assert held(interval)
+
+
 @pytest.mark.slow
 @pytest.mark.by_hand
 @pytest.mark.parametrize("base_noise", [0.0, 0.013])
@@ -542,6 +549,6 @@ def test_intervals_hold_the_truth_in_nine_of_ten_twins(tmp_path, base_noise):
         print(f"{name:22} {shares[0]:.3f}, at 0.7 of the width {shares[1]:.3f}")
         # 95 % are meant. Where an event more or less explains the record as well, a value may
         # be farther away than its interval says.
-        assert shares[0] >= (0.86 if name in FOUR else 0.91)
+        assert shares[0] >= 0.88
         assert shares[1] < 0.9
         assert name == "friction.static_ratio" or shares[0] <= 0.98

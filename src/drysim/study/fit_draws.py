@@ -12,13 +12,12 @@ Method
        have the weight 0. Where too few points bear the weight, a further round draws from the
        mean and covariance of those weighted so far; the points of all rounds count together.
     2. Systematic resampling gives draws without weights.
-    3. A static limit decides at the events, next to which no sample of a record is selected.
-       Half of its draws are from its profile over all samples, half from that of the selected
-       ones; the other values follow it by their covariance. Of curves all values are selected,
-       so that it is a value as the others.
-    4. Noise of the base makes the likelihood too narrow. The draws are scaled about the
-       solution so that they have the robust covariance (horizontal adjustment). It also
-       changes the metrics of a motion: each draw is solved with noise of its own, too.
+    3. A static limit that only the order of events bounds is uniform over the interval of its
+       profile. Any other is a value as the rest: how long the mass sticks tells it. Its
+       likelihood may have several modes, which is why a first round spans its whole interval.
+    4. Noise of the base makes the likelihood too narrow. The draws are scaled about their mean
+       so that they have the robust covariance (horizontal adjustment). It also changes the
+       metrics of a motion: each draw is solved with noise of its own, too.
     5. A value that the record does not determine is uniform over what is left open, if it has
        bounds; otherwise there are no draws.
 
@@ -44,7 +43,12 @@ from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.scenario.sampling import Design, sobol_points
 from drysim.study.case import Case
 from drysim.study.fit_law import EXACT, USELESS, LawFit, Steps
-from drysim.study.fit_least_squares import SMALLEST_STEP, Solution, covariance_of
+from drysim.study.fit_least_squares import (
+    SMALLEST_STEP,
+    LeastSquares,
+    Solution,
+    covariance_of,
+)
 from drysim.study.fit_model import is_valid_scene
 from drysim.study.fit_profiles import ParameterProfile
 from drysim.study.run import try_measure
@@ -54,7 +58,7 @@ from drysim.wording import join_words
 DRAWS = 256
 """Number of draws: the ends of a 95 % interval have 6 of them beyond."""
 
-POINTS, ROUNDS = 512, 3
+POINTS, ROUNDS = 512, 5
 """Points of a round, and most rounds. A round takes 5 % of the time of a fit, one of a law with
 series 25 %."""
 
@@ -68,9 +72,6 @@ POOR = 100.0
 POINTS_PER_STEP, DRAWS_PER_STEP = 32, 16
 """Points, and draws whose metrics are computed, that a worker solves at a time."""
 
-NEAR = 3.0
-"""Standard deviations of a static limit within which other values follow it."""
-
 WIDER = 1.5
 """Ratio of the intervals from profile and covariance from which the former counts."""
 
@@ -79,9 +80,6 @@ SINGULAR = 1e-10
 
 NOISE_SEED = 2012
 """Seed of the noises of the base, with the number of the draw."""
-
-GRID = 20_001
-"""Points at which the density of a static limit is integrated."""
 
 
 class Draws(NamedTuple):
@@ -119,6 +117,11 @@ class Range(NamedTuple):
     low: float
     high: float
 
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of a uniform distribution."""
+        return (self.high - self.low) / float(np.sqrt(12.0))
+
 
 def draw(
     law_fit: LawFit, reported: LawFit, profiles: Mapping[int, ParameterProfile], steps: Steps
@@ -142,74 +145,58 @@ def draw(
         return none._replace(reason="the fitted motion is not the measured one")
     if reason := open_reason(law_fit, profiles):
         return none._replace(reason=reason)
-    static = [
-        j for j, key in enumerate(keys)
-        if key.startswith(STATIC_PATHS)
-        and (solution.squares.leaves_out_events or j in law_fit.undetermined)
-    ]  # fmt: skip
     unknown = [
         j for j in law_fit.undetermined
-        if j not in static and (is_open(profiles.get(j)) or not solution.jacobian[:, j].any())
+        if keys[j].startswith(STATIC_PATHS)
+        or is_open(profiles.get(j))
+        or not solution.jacobian[:, j].any()
     ]  # fmt: skip
-    regular = [j for j in range(len(keys)) if j not in static and j not in unknown]
+    regular = [j for j in range(len(keys)) if j not in unknown]
     x = np.tile(reported.solution.x, (DRAWS, 1))
     effective = float(DRAWS)
     if regular:
-        apart = tuple(apart_deviation(solution, profiles.get(j), j) for j in regular)
-        likelihood = Likelihood(solution, tuple(regular), apart)
+        likelihood = Likelihood(
+            solution, tuple(regular), first_rounds(law_fit, profiles, regular)
+        )
         x[:, regular], effective = likelihood.draw(steps, law_fit.error < EXACT)
     shares = sobol_points(Design("sobol", DRAWS, len(keys), 1))
     shares = (np.argsort(np.argsort(shares, axis=0), axis=0) + 0.5) / DRAWS
     for j in unknown:
         ends = range_of(law_fit, profiles.get(j), j)
         x[:, j] = ends.low + shares[:, j] * (ends.high - ends.low)
-    plain = x.copy()
-    for j in static:
-        if profile := profiles.get(j):
-            x[:, j] = draw_static(law_fit, profile, j, shares[:, j])
-            if regular and j not in law_fit.undetermined:
-                x[:, regular] += following(solution, regular, j, x[:, j])
-    return none._replace(values=valid_values(law_fit, x, plain), effective=effective)
+    return none._replace(
+        values=valid_values(law_fit, x, reported.solution.x), effective=effective
+    )
 
 
-def apart_deviation(solution: Solution, profile: ParameterProfile | None, j: int) -> float:
-    """Return a standard deviation other than that of the covariance; 0 if there is none.
+def wide_range(law_fit: LawFit, profile: ParameterProfile | None, j: int) -> Range | None:
+    """Return the range of a parameter of which the covariance tells too little; else None.
 
     Bounds may be narrower. The likelihood may also be flat about the solution, and fall far
-    from it only, as the profile shows.
+    from it only, as the profile shows; that of a static limit may have other modes.
     """
-    low, high = (float(ends[j]) for ends in solution.squares.bounds)
-    inside = (high - low) / np.sqrt(12.0)  # that of a uniform distribution
-    if inside < solution.deviation(j):
-        return float(inside)
-    if profile is None or profile.low is None or profile.high is None:
-        return 0.0
-    deviation = (profile.high - profile.low) / (2.0 * NORMAL_95)
-    return deviation if deviation > WIDER * solution.deviation(j) else 0.0
+    solution = law_fit.solution
+    bounds = Range(*(float(ends[j]) for ends in solution.squares.bounds))
+    if bounds.deviation < solution.deviation(j):
+        return bounds
+    ends = range_of(law_fit, profile, j)
+    usual = 2.0 * NORMAL_95 * solution.deviation(j)
+    is_static = law_fit.model.parameters[j].key.startswith(STATIC_PATHS)
+    is_wide = is_static or ends.high - ends.low > WIDER * usual
+    return ends if profile is not None and is_wide and np.isfinite(ends.deviation) else None
 
 
-def following(solution: Solution, regular: Sequence[int], j: int, values: Floats) -> Floats:
-    """Return by how much other parameters follow values of one, shape (n, others).
-
-    The derivatives hold near the solution only.
-    """
-    slopes = solution.jacobian
-    rate = -np.linalg.lstsq(slopes[:, regular], slopes[:, j], rcond=None)[0]
-    farthest = NEAR * solution.deviation(j)
-    return np.outer(np.clip(values - solution.x[j], -farthest, farthest), rate)
-
-
-def valid_values(law_fit: LawFit, x: Floats, plain: Floats) -> Floats:
+def valid_values(law_fit: LawFit, x: Floats, instead: Floats) -> Floats:
     """Return scaled parameters in SI, within their bounds.
 
-    Where x is no valid scene, those of `plain` take its place.
+    Where x is no valid scene, those of `instead` take its place.
     """
     model, scale, rows = law_fit.model, law_fit.first.scale, []
-    for row, other in zip(x, plain, strict=True):
+    for row in x:
         values = np.clip(row * scale, *model.bounds)
         scene = model.scene(values)
         if not is_valid_scene(scene.law, scene.start):
-            values = np.clip(other * scale, *model.bounds)
+            values = np.clip(instead * scale, *model.bounds)
         rows.append(list(model.point(values).values()))
     return np.array(rows)
 
@@ -228,6 +215,8 @@ def range_of(law_fit: LawFit, profile: ParameterProfile | None, j: int) -> Range
     if profile is not None:
         low = low if profile.low is None else profile.low
         high = high if profile.high is None else profile.high
+    if law_fit.model.parameters[j].key.startswith(STATIC_PATHS):
+        low = max(low, kinetic_limit(law_fit, j))
     return Range(low, high)
 
 
@@ -254,34 +243,6 @@ def open_reason(law_fit: LawFit, profiles: Mapping[int, ParameterProfile]) -> st
                 f"{parameter.key}; give {both} for it in fit.free"
             )
     return ""
-
-
-def draw_static(law_fit: LawFit, profile: ParameterProfile, j: int, shares: Floats) -> Floats:
-    """Return quantiles of a static limit, whose density follows from its profile.
-
-    Half of the draws have the likelihood of all samples. Alone it would be too narrow: it is
-    rough, and the noise of the base and the other parameters, which are as fitted, weigh most
-    at the events. The other half have that of the selected samples. It falls like a normal one
-    towards the ends of the interval, and does not fall where there is none.
-    """
-    solution, ends = law_fit.solution, range_of(law_fit, profile, j)
-    least, most = (float(bounds[j]) for bounds in solution.squares.bounds)
-    least = max(least, kinetic_limit(law_fit, j))
-    width = ends.high - ends.low  # beyond it the density is next to nothing
-    grid = np.linspace(
-        max(ends.low - width, least), max(min(ends.high + width, most), least), GRID
-    )
-    places, rises = np.array(sorted((point.value, point.rise) for point in profile.points)).T
-    rise = np.interp(grid, places, rises)
-    density = np.exp(-0.5 * (rise - rise.min()))
-    distance = np.zeros(GRID)
-    for sign, end in ((-1.0, profile.low), (1.0, profile.high)):
-        beyond = np.maximum(sign * (grid - solution.x[j]), 0.0)
-        if end is not None:
-            distance += NORMAL_95 * beyond / max(sign * (end - solution.x[j]), width / GRID)
-    selected = np.exp(-0.5 * distance**2)
-    total = np.cumsum(density / density.sum() + selected / selected.sum())
-    return np.interp(shares, total / total[-1], grid)
 
 
 def kinetic_limit(law_fit: LawFit, j: int) -> float:
@@ -318,14 +279,48 @@ class Round(NamedTuple):
         return logarithm - float(np.linalg.slogdet(self.root)[1])
 
 
+def first_rounds(
+    law_fit: LawFit, profiles: Mapping[int, ParameterProfile], regular: list[int]
+) -> tuple[Round, ...]:
+    """Return the rounds to begin with: about the solution and, if any is wide, over the ranges.
+
+    Parameters
+    ----------
+    law_fit : LawFit
+    profiles : mapping
+    regular : list of int
+        The parameters of the rounds.
+    """
+    solution = law_fit.solution
+    narrow = [wide_range(law_fit, None, j) for j in regular]
+    ranges = [wide_range(law_fit, profiles.get(j), j) for j in regular]
+    first = round_over(
+        narrow, solution.x[regular], covariance_of(solution.jacobian[:, regular])
+    )
+    if ranges == narrow:
+        return (first,)
+    covariance = solution.robust_covariance[np.ix_(regular, regular)]
+    return first, round_over(ranges, solution.x[regular], covariance)
+
+
+def round_over(ranges: Sequence[Range | None], centre: Floats, covariance: Floats) -> Round:
+    """Return a round whose parameters with a range span it, without correlation."""
+    centre, covariance = centre.copy(), covariance.copy()
+    for i, ends in enumerate(ranges):
+        if ends is not None:
+            centre[i] = 0.5 * (ends.low + ends.high)
+            covariance[i], covariance[:, i] = 0.0, 0.0
+            covariance[i, i] = ends.deviation**2
+    return Round(centre, root_of(covariance))
+
+
 @dataclass(frozen=True, eq=False)
 class Likelihood:
     """Likelihood of the selected samples over some parameters, static limits as fitted."""
 
     solution: Solution
     regular: tuple[int, ...]
-    apart: tuple[float, ...]
-    """Standard deviations of parameters far from a normal distribution; 0 for the others."""
+    first_rounds: tuple[Round, ...]
 
     def at_given_others(self, covariance: Floats) -> Floats:
         """Return a covariance of the parameters while the others are as fitted.
@@ -339,17 +334,6 @@ class Likelihood:
         rest: Floats = covariance[np.ix_(of, of)] - less
         return rest
 
-    def first_covariance(self) -> Floats:
-        """Return the covariance of the first points; some parameters have no correlation.
-
-        That at given others by their covariance would be a difference of large numbers.
-        """
-        covariance = np.diag(np.square(self.apart))
-        near = [i for i, deviation in enumerate(self.apart) if deviation == 0.0]
-        slopes = self.solution.jacobian[:, [self.regular[i] for i in near]]
-        covariance[np.ix_(near, near)] = covariance_of(slopes)
-        return covariance
-
     def draw(self, steps: Steps, is_exact: bool = False) -> tuple[Floats, float]:
         """Return draws, and the effective number of points.
 
@@ -357,36 +341,39 @@ class Likelihood:
         draws are those of the normal distribution.
         """
         solution, count = self.solution, len(self.regular)
-        centre = solution.x[list(self.regular)]
-        first = Round(centre, root_of(self.first_covariance()))
+        rounds = [*self.first_rounds]
+        first = rounds[0]
         if is_exact:
             from scipy.special import ndtri
 
             shares = sobol_points(Design("sobol", DRAWS, count, 0))
-            return centre + ndtri(np.clip(shares, 1e-15, 1.0 - 1e-15)) @ first.root.T, DRAWS
-        rounds, x, squares = [first], np.empty((0, count)), np.empty(0)
+            normal = ndtri(np.clip(shares, 1e-15, 1.0 - 1e-15))
+            return first.centre + normal @ first.root.T, DRAWS
+        x, squares = np.empty((0, count)), np.empty(0)
         for number in range(ROUNDS):
             shares = sobol_points(Design("sobol", POINTS, count + 1, number))
-            points = rounds[-1].points(shares)
+            points = rounds[number].points(shares)
             x = np.concatenate([x, points])
             squares = np.append(squares, self.sums_of_squares(points, steps))
             if not np.isfinite(squares).any():  # all lie beyond narrow bounds
-                x = np.append(x, centre[None, :], axis=0)
-                squares = np.append(squares, squares_at(self, centre[None, :]))
-            densities = [each.log_density(x) for each in rounds]
+                alone = solution.x[None, list(self.regular)]
+                x = np.append(x, alone, axis=0)
+                squares = np.append(squares, squares_at(self, alone))
+            densities = [each.log_density(x) for each in rounds[: number + 1]]
             logarithms = -0.5 * squares - np.logaddexp.reduce(densities, axis=0)
             weights = np.exp(logarithms - logarithms.max())
             effective = effective_size(weights)
-            if effective >= DRAWS or number == ROUNDS - 1:
+            is_begun = number + 1 >= len(self.first_rounds)
+            if (is_begun and effective >= DRAWS) or number == ROUNDS - 1:
                 break
-            rounds.append(adapted(x, weights, first))
+            if is_begun:
+                rounds.append(adapted(x, weights, first))
         drawn = x[resampled(weights)]
         covariances = solution.covariance, solution.robust_covariance
         if not np.array_equal(*covariances):
-            drawn = (
-                centre
-                + (drawn - centre) @ adjustment(*map(self.at_given_others, covariances)).T
-            )
+            mean = drawn.mean(axis=0)  # of all modes
+            matrix = adjustment(*map(self.at_given_others, covariances))
+            drawn = mean + (drawn - mean) @ matrix.T
         return drawn, effective
 
     def sums_of_squares(self, points: Floats, steps: Steps) -> Floats:
@@ -399,14 +386,22 @@ def squares_at(likelihood: Likelihood, points: Floats) -> Floats:
     """Return the sums of squares at some points."""
     solution, regular = likelihood.solution, list(likelihood.regular)
     squares, sums = solution.squares, []
-    low, high = (ends[regular] for ends in squares.bounds)
     for point in points:
         x = solution.x.copy()
         x[regular] = point
-        solved = squares.solve(x) if np.all((low <= point) & (point <= high)) else None
+        solved = squares.solve(x) if is_allowed(squares, x) else None
         residuals = None if solved is None else squares.residuals(solved, solution.mask)
         sums.append(np.inf if residuals is None else float(np.sum(residuals**2)))
     return np.array(sums)
+
+
+def is_allowed(squares: LeastSquares, x: Floats) -> bool:
+    """Return whether scaled parameters are within bounds, and static limits above kinetic."""
+    low, high = squares.bounds
+    values = x * squares.scale
+    allowed = np.array([*squares.model.point(values).values()])
+    is_over = allowed > values + 1e-12 * np.abs(values)
+    return bool(np.all((low <= x) & (x <= high) & ~is_over))
 
 
 def effective_size(weights: Floats) -> float:

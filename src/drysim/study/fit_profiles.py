@@ -210,10 +210,13 @@ def _profile_point(solution: Solution, others: list[int], j: int, value: float) 
     residuals = squares.over(solution.mask).of(x, others)
     best = x[others]
     if others:
-        if variance > 0.0:
-            best += solution.covariance[others, j] / variance * (value - solution.x[j])
         bounds = squares.bounds[0][others], squares.bounds[1][others]
-        best = minimise(residuals, np.clip(best, *bounds), DIFFERENCE, bounds, PROFILE_CALLS)
+        starts = [best]
+        if variance > 0.0:  # where the motion jumps, the derivatives are rounding
+            slope = solution.covariance[others, j] / variance
+            starts.append(np.clip(best + slope * (value - solution.x[j]), *bounds))
+        best = min(starts, key=lambda start: float(np.sum(residuals.value(start) ** 2)))
+        best = minimise(residuals, best, DIFFERENCE, bounds, PROFILE_CALLS)
     rise = float(np.sum(residuals.value(best) ** 2)) - solution.sum_of_squares
     x[others] = best
     return ProfilePoint(value, rise / solution.inflation(j), x)
