@@ -208,8 +208,8 @@ LABELS = {
     "state": "How many cases or seeds are finished, of a result that is not complete.",
     "best": "The case of a sweep with the smallest SEAT, or else T_a, among those that keep "
     "all checks and the stroke limit.",
-    "quantile": "Value that a given share of the seeds stays below: p95 is that of 95 %, so "
-    "one seed of 20 exceeds it. A check may ask for it.",
+    "quantile": "Value that a given share of the seeds, or of the draws of a fit, stays below: "
+    "p95 is that of 95 %, so one of 20 exceeds it. A check may ask for it.",
     "every seed": "A check with these words holds only if it holds for each single seed; "
     "without them the mean over the seeds is judged.",
     "holds": "A check that is met, with the value and where it is closest to its limit.",
@@ -218,6 +218,8 @@ LABELS = {
     "written": "Output folder.",
     "evaluated": "Number of designs solved, how many of them keep all limits, and why the "
     "search ended.",
+    "scatter": "Time over which a laboratory averaged curves under random base motion, "
+    "estimated from how much they scatter about those fitted.",
     "fitted": "Part of the record that is fitted; the rest is predicted.",
     "motion": "How the contact moves, of a fit to a friction rig: the measured motion is "
     "imposed.",
