@@ -397,6 +397,18 @@ def test_points_between_thousands_are_told_from_decimal_points(tmp_path):
         text = "a [mg]\n" + "\n".join(values)
         motion = motion_of(tmp_path, text, "r.txt", rate=100)
         assert motion.u_dd[:] == pytest.approx(np.round(1e4 * A) * 9.80665e-3, abs=1e-9)
+    # A number with both marks is unambiguous, whatever the others look like.
+    for mark, decimal in (("t [s],a [mg]", "."), ("t [s];a [mg]", ",")):
+        numbers = [f"{1e4 * x:,.1f}" for x in A]
+        if decimal == ",":
+            numbers = [x.translate({44: ".", 46: ","}) for x in numbers]
+        rows = [f'{i}{mark[5]}"{x}"' for i, x in enumerate(numbers)]
+        text = "\n".join([mark, *rows])
+        motion = motion_of(tmp_path, text, time="t")
+        assert motion.u_dd[:] == pytest.approx(np.round(1e4 * A, 1) * 9.80665e-3, abs=1e-9)
+        assert inspect_record(tmp_path / "r.csv").columns[0].missing == 0
+    with pytest.raises(RecordError, match="has marks between thousands; remove them"):
+        motion_of(tmp_path, f"{text}\n200;1 234.5", time="t")
 
 
 LVM = (

@@ -164,7 +164,8 @@ def inspect_record(path: Path) -> Inspection:
     time, grid, of_time = _propose_times(columns, values, clocks)
     summaries = [_summarise(columns, i, x) for i, x in values.items() if i != time]
     if not summaries:
-        raise columns.error(f"there is no {columns.word} of numbers besides the time")
+        sentence = f"there is no {columns.word} of numbers besides the time"
+        raise columns.error("; ".join([sentence, *layout[1:]]))
     count = max(len(values[summary.column]) for summary in summaries)
     rate = "" if grid is None else f" at {1 / grid.dt:.6g} Hz, {count * grid.dt:.4g} s"
     layout.insert(1, format_count(count, "sample") + rate)

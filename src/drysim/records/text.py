@@ -309,7 +309,8 @@ def find_header(file: TextFile) -> int:
 
 def is_number(cell: Cell) -> bool:
     """Return whether a cell contains a number, with a decimal point or comma."""
-    return NUMBER_PATTERN.fullmatch(cell.text.replace(",", ".", 1)) is not None
+    text = NumberForm(".").plain(cell.text)
+    return NUMBER_PATTERN.fullmatch(text.replace(",", ".", 1)) is not None
 
 
 # The table.
@@ -323,6 +324,12 @@ FIXED_DIGITS = 1000
 
 GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
 """A number whose mark may be one between thousands."""
+
+GROUPED_FRACTION = re.compile(r"[+-]?[1-9]\d{0,2}(?:(?:\.\d{3})+,|(?:,\d{3})+\.)\d+", re.ASCII)
+"""A number with marks between thousands that cannot be decimal marks, as in `1.234,5`."""
+
+MARKED_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:[\s'’.,]\d{3})+(?:[.,]\d*)?")
+"""A number with marks between thousands, which may be blanks or apostrophes."""
 
 Reading = Callable[[str], float]
 """The number that the text of a cell stands for; NaN for none."""
@@ -345,6 +352,8 @@ class NumberForm(NamedTuple):
         """Return a number with a decimal point and without marks between thousands."""
         if self.grouping:
             text = text.replace(self.grouping, "")
+        elif "." in text and "," in text and GROUPED_FRACTION.fullmatch(text):
+            text = text.replace("," if text.rfind(".") > text.rfind(",") else ".", "")
         return text if self.decimal == "." else text.replace(".", "?").replace(",", ".", 1)
 
     def number(self, text: str) -> float:
@@ -900,6 +909,8 @@ def _describe_fault(cell: Cell, form: NumberForm, hint: str, is_clock: bool) -> 
         return f"`{cell.quote}` is not a finite number: {INFINITE_HINT}"
     if is_number(cell) and form.decimal == ".":
         return f"`{cell.quote}` has a decimal comma; write points throughout"
+    if MARKED_THOUSANDS.fullmatch(text):
+        return f"`{cell.quote}` has marks between thousands; remove them"
     if HOUR_AND_MINUTE.fullmatch(text):
         either = "hours and minutes, or minutes and seconds"
         return f"`{cell.quote}` may be {either}; set `rate` or `step` instead of `time`"
