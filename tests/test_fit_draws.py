@@ -341,6 +341,21 @@ def test_checks_over_draws_judge_each_or_a_quantile_of_them(fitted):
     )
 
 
+@pytest.mark.parametrize("form", ["T_a p95 < 9", "T_a < 9 with every seed"])
+def test_check_of_draws_is_a_warning_where_it_judges_one_motion(fitted, form):
+    _, folder = fitted
+    block = "sweep: {{sample: {{from_fit: out/fit, count: 20}}}}\nchecks: [{}]"
+    scenario = loaded(folder, block.format(form))
+    sentence = "judges a single motion; `drysim sweep` the draws"
+    alone, swept = (
+        [each.sentence for each in result.warnings if each.slug == "check-of-one-seed"]
+        for result in (drysim.run(scenario), drysim.sweep(scenario, workers=1))
+    )
+    assert alone == [f"the check `{form}` {sentence}"]
+    judged = [f"the check `{form}` judges every draw, also without `with every seed`"]
+    assert swept == (judged if "every seed" in form else [])
+
+
 def test_workers_elsewhere_have_the_same_draws(fitted):
     _, folder = fitted
     scenario = loaded(folder, "sweep: {sample: {from_fit: out/fit, count: 4}}")

@@ -56,7 +56,10 @@ COMMON_STATIC_RATIO = 1.3
 
 
 def scenario_warnings(
-    scenario: Scenario, motion: Sines | Samples | None = None, compared: bool = False
+    scenario: Scenario,
+    motion: Sines | Samples | None = None,
+    compared: bool = False,
+    swept: bool = True,
 ) -> tuple[WarningMessage, ...]:
     """Return the warnings for a scenario, including its swept values.
 
@@ -67,6 +70,8 @@ def scenario_warnings(
         Base motion, if available. Checks that need it are skipped otherwise, except for sines.
     compared : bool, optional
         Whether other approaches or laws are used as well; their options are then in use.
+    swept : bool, optional
+        Whether the cases of its sweep are solved; checks otherwise judge the one case.
     """
     if motion is None and scenario.excitation.periodic:
         motion = scenario.excitation.motion()
@@ -84,7 +89,7 @@ def scenario_warnings(
         ]
     warnings += [
         *_sweep_warnings(scenario),
-        *_check_warnings(scenario),
+        *_check_warnings(scenario, swept),
         *_zero_force_warnings(scenario),
     ]
     if not compared:
@@ -567,11 +572,12 @@ def _metric_inputs(scenario: Scenario, point: Point) -> tuple[object, ...]:
 # Checks and keys without effect
 
 
-def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
+def _check_warnings(scenario: Scenario, swept: bool) -> Iterator[WarningMessage]:
     """Warn of checks that always or never hold, are duplicates or contradict each other."""
     accepted: dict[str, list[Check]] = {}
     seeds = least_seeds_of(scenario)
-    draws = count_points(scenario.sweep) if are_draws(scenario.sweep) and seeds == 1 else 0
+    over_draws = are_draws(scenario.sweep) and seeds == 1
+    draws = count_points(scenario.sweep) if over_draws and swept else 0
     for i, check in enumerate(scenario.checks):
         before = accepted.setdefault(check.metric, [])
         duplicate = next(
@@ -590,7 +596,16 @@ def _check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
             if draws < check.least_seeds:
                 yield few_seeds_warning(check, draws, of="draws")
         elif check.judges != MEAN and seeds == 1:
-            sentence = f"the check `{check}` judges a single motion; give excitation.seeds"
+            if draws:
+                sentence = (
+                    f"the check `{check}` judges every draw, also without `with {EVERY_SEED}`"
+                )
+            elif over_draws:
+                sentence = (
+                    f"the check `{check}` judges a single motion; `drysim sweep` the draws"
+                )
+            else:
+                sentence = f"the check `{check}` judges a single motion; give excitation.seeds"
             yield WarningMessage("check-of-one-seed", sentence, numbers)
         elif seeds < check.least_seeds:
             yield few_seeds_warning(check, seeds)

@@ -115,7 +115,7 @@ def prepare(
         read = [read_swept(scenario, files, i) for i in range(len(files))]
         sources, records = [record[:2] for record in read], tuple(record[2] for record in read)
     warnings = (
-        *scenario_warnings(scenario, motion, compared),
+        *scenario_warnings(scenario, motion, compared, swept),
         *(warning for warnings, _ in sources for warning in warnings),
         *force,
         *ending_warnings(scenario, motion, swept),
