@@ -207,7 +207,9 @@ def is_known_unit(text: str) -> bool:
     return False
 
 
-USUAL_PREFIXES = ("mega", "kilo", "centi", "milli", "micro", "nano")
+USUAL_PREFIXES = (
+    "giga", "mega", "kilo", "hecto", "deca", "deci", "centi", "milli", "micro", "nano"
+)  # fmt: skip
 PREFIXED_UNITS = ("meter", "gram", "second", "newton", "hertz", "joule", "radian")
 """Prefixes and units of which pint's compounds are units that somebody writes."""
 
