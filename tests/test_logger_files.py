@@ -411,6 +411,20 @@ def test_points_between_thousands_are_told_from_decimal_points(tmp_path):
         motion_of(tmp_path, f"{text}\n200;1 234.5", time="t")
 
 
+@pytest.mark.parametrize("text", ["ts_ms,acc_g\n", "stamp,acc_g\n", "s;g\n", "s;m/s²\n"])
+def test_times_and_units_are_recognised_by_name_size_and_header(tmp_path, monkeypatch, text):
+    mark, (start, step) = (text[5], (1_778_000_000_000, 5)) if "," in text else (";", (0, 5e-3))
+    rows = [f"{start + i * step:.13g}{mark}{x:.5f}" for i, x in enumerate(A)]
+    monkeypatch.chdir(tmp_path)
+    Path("r.csv").write_text(text + "\n".join(rows), encoding="utf-8")
+    motion, said = judge(Path("r.csv"))
+    assert motion is not None, said
+    assert motion.dt == pytest.approx(5e-3)
+    unit = 9.80665 if "g" in text else 1.0
+    assert motion.u_dd[:] == pytest.approx(unit * A, abs=1e-4)
+    assert ("ms since 1970, from 2026-05-05 16:53:20 UTC" in said) == ("," in text)
+
+
 LVM = (
     "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\t{columns}\n"
     "***End_of_Header***\n\t\nChannels\t2\nSamples\t200\t200\nY_Unit_Label\tg\tg\n"

@@ -410,6 +410,16 @@ FAULTS = {
     "two units": (ROWS, {"time": "t", "unit": "g"}, "the scenario says `unit: g`"),
     "near name": (ROWS, {"time": "t", "column": "u_d"}, "did you mean `u_dd`?"),
     "names": (ROWS, {"time": "zeit"}, "there are: `t [s]`, `u_dd [m/s2]`"),
+    "length": (
+        "t [s],a [mm]\n0,1\n1,2\n",
+        {"time": "t"},
+        "`quantity: displacement` in the scenario's `excitation` block reads it as such",
+    ),
+    "force": (
+        "t [s],a [N]\n0,1\n1,2\n",
+        {"time": "t"},
+        "select another column; or, if the unit is wrong, `skip: 1` skips the header",
+    ),
     "lower header": (
         "Cab;three;\nDay;23.11.2026;\nTime;Acc;B\n0;1;1\n1;2;2\n",
         {"time": "Time"},

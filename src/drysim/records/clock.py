@@ -39,8 +39,8 @@ UNIT_BY_WORD = {word: unit for unit, names in UNIT_WORDS.items() for word in nam
 UNIT_BY_WORD["microseconds"] = "us"
 
 NAMES_OF_TIME = re.compile(
-    r"(?i)(t|time|timestamp|datetime|date|datum|clock|epoch|elapsed|uptime|zeit\w*|uhrzeit|temps"
-    r"|tiempo|tempo|abs\w*time|rel\w*time)(?![a-z]).*|(date|time|system|local|utc|gps|elapsed"
+    r"(?i)(t|ts|time|timestamp|datetime|date|datum|clock|epoch|elapsed|uptime|zeit\w*|uhrzeit"
+    r"|temps|tiempo|tempo|abs\w*time|rel\w*time)(?![a-z]).*|(date|time|system|local|utc|gps|elapsed"
     r"|test|x)[ _]?(time|zeit)\b.*"
 )
 """Names of a column of times; a word of `UNIT_WORDS` is one, too."""

@@ -29,7 +29,7 @@ from drysim.core.model import MAX_CACHED, Floats, Signal, blocks
 from drysim.errors import Problem, RecordError
 from drysim.messages import closest_match, did_you_mean, format_value
 from drysim.records import SI, clock
-from drysim.units import conversion_factor, convert, is_known_unit
+from drysim.units import conversion_factor, convert, is_common_unit, is_known_unit
 
 READ_SIZE = 1 << 20
 """Bytes read at a time: small compared with the samples, large compared with overhead."""
@@ -749,13 +749,26 @@ def unit_factor(columns: Columns, index: int, unit: str | None, si: str, place: 
         file_factor = _parse_unit(columns, index, label.unit, si)
     except RecordError as error:
         if label.is_unit_certain or wanted is None or columns.has_unit(label):
-            raise columns.error(f"{error.message}{columns.skip_hint}", index) from None
+            remedy = _remedy_for_unit(columns, label.unit, si, place)
+            raise columns.error(f"{error.message}{remedy}", index) from None
         return wanted  # it may be a comment, as in `acc (filtered)`
     if wanted is not None and wanted != file_factor:
         sentence = f"the {columns.place} says `{label.unit}`, the scenario says `unit: {unit}`"
         hint = f"; correct one of them{columns.skip_hint}"
         raise columns.error(f"{columns.describe_column(index)}: {sentence}{hint}", index)
     return file_factor
+
+
+def _remedy_for_unit(columns: Columns, unit: str, si: str, place: str) -> str:
+    """Return what to do about a column whose unit is of another quantity, or unknown."""
+    motion = (name for name in SI if name != "force" and SI[name] != si)
+    quantity = next((name for name in motion if is_common_unit(unit, SI[name])), "")
+    if quantity and "`excitation`" in place:
+        return f"; `quantity: {quantity}` {place} reads it as such"
+    if is_known_unit(unit) and columns.width > 1:
+        remedy = f"; select another {columns.word}"
+        return remedy + columns.skip_hint.replace("; ", "; or, if the unit is wrong, ", 1)
+    return columns.skip_hint
 
 
 UNIT_OF_VALUES = {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "d": clock.DAY}

@@ -347,13 +347,15 @@ def _propose_times(columns: Columns, values: dict[int, Floats], clocks: set[int]
 def _time_columns(
     columns: Columns, values: dict[int, Floats], clocks: set[int]
 ) -> Iterator[int]:
-    """Yield the columns of times: by their units, by their contents, and by their names."""
+    """Yield the columns of times: by unit, by contents, by name, by size."""
     there = [index for index, x in values.items() if not np.isnan(x).all()]
     units = {index: columns.labels[index].unit for index in there}
     yield from (index for index in there if units[index] and is_unit(units[index]))
     yield from (i for i in sorted(clocks) if _clock_of(columns, i))
     names = (index for index in there if not units[index])
     yield from (index for index in names if is_time_name(columns.labels[index].name))
+    rising = (index for index in there if _always_rises(values[index]))
+    yield from (index for index in rising if unit_of_values(values[index]))
 
 
 def _clock_of(columns: Columns, index: int) -> bool:
@@ -368,7 +370,7 @@ def _propose_rising(columns: Columns, column: int, x: Floats) -> Times:
         what = "sample numbers" if step == round(step) else "are these times?"
         key = _identify(columns, column)
         reason = (
-            f"{name} rises from {first:.6g} to {last:.6g} in steps of {step:.6g}: {what}; if "
+            f"{name} rises from {first:.12g} to {last:.12g} in steps of {step:.6g}: {what}; if "
             f"these are times, set `time: {key}` and `time_unit` instead"
         )
         return Times(column, None, [Proposal("rate", None, reason)])
@@ -424,10 +426,10 @@ def _describe_span(columns: Columns, column: int, times: PrintedTimes, is_clock:
     if isinstance(columns, TextTable) and is_clock:
         first, last = columns.end_texts(column)
         return f"{first} to {last}"
-    unit = label.unit or unit_in_name(label.name)
-    if unit:
+    unit, of_values = label.unit or unit_in_name(label.name), unit_of_values(t)
+    if unit and of_values != unit:
         return f"{t[0]:.6g} to {t[-1]:.6g} {unit}"
-    if (of_values := unit_of_values(t)) == "d":
+    if of_values == "d":
         begin = datetime(1899, 12, 30) + timedelta(days=float(t[0]))
         return f"days as Excel counts them, from {begin:%Y-%m-%d %H:%M:%S}"
     if of_values:
@@ -572,6 +574,8 @@ def _propose_column(
             f"no unit in the file; the mean of {best.level.mean:.4g} looks like gravity in "
             f"{unit}"
         )
+        if _unit_in_name(best):
+            reason = f"the name `{best.name}` ends in it"
         proposals.append(Proposal("unit", unit, reason, False))
     if quantity not in ("", "acceleration"):
         proposals.append(Proposal("quantity", quantity, f"from the unit `{unit}`"))
@@ -606,6 +610,10 @@ def _measure(summary: ColumnSummary, is_triaxial: bool = False) -> Measurement:
             level = summary.level.scaled(conversion_factor(summary.unit, SI[quantity]))
             has_gravity = quantity == "acceleration" and level.has_gravity
             return Measurement(quantity, summary.unit, has_gravity, True)
+    in_name = _unit_in_name(summary)
+    if in_name:
+        level = summary.level.scaled(conversion_factor(in_name, "m/s²"))
+        return Measurement("acceleration", in_name, level.has_gravity, False)
     may_be_acceleration = (
         is_triaxial or NAMES_OF_ACCELERATION.fullmatch(summary.name) is not None
     )
@@ -618,6 +626,13 @@ def _measure(summary: ColumnSummary, is_triaxial: bool = False) -> Measurement:
             if summary.level.scaled(conversion_factor(unit, "m/s²")).has_gravity:
                 return Measurement("acceleration", unit, True, False)
     return Measurement()
+
+
+def _unit_in_name(summary: ColumnSummary) -> str:
+    """Return the unit at the end of the name of an acceleration, as in `acc_g`."""
+    *before, last = re.split(r"[\s_]+", summary.name)
+    is_named = bool(before) and NAMES_OF_ACCELERATION.fullmatch(before[0]) is not None
+    return last if is_named and not summary.unit and is_common_unit(last, "m/s²") else ""
 
 
 def _suspect_unit(columns: Columns, summary: ColumnSummary) -> Iterator[str]:

@@ -279,6 +279,17 @@ def is_unit_row(cells: Sequence[Cell], header: Sequence[Cell]) -> bool:
     return any(is_common_unit(word, si) for word in texts for si in ("s", *SI.values()))
 
 
+def _is_of_units(header: Sequence[Cell]) -> bool:
+    """Return whether a header names units only, of times first, as in `s;m/s²`."""
+    first, *others = (cell.text for cell in header if cell.text) if header else ("",)
+    motion = [si for quantity, si in SI.items() if quantity != "force"]
+    return (
+        bool(others)
+        and is_common_unit(first, "s")
+        and all(any(is_common_unit(text, si) for si in motion) for text in others)
+    )
+
+
 def find_header(file: TextFile) -> int:
     """Return the 1-based line of the first row with as many names as numbers below it.
 
@@ -678,6 +689,8 @@ def detect_table(file: TextFile) -> TextTable:
             )
         raise file.error(sentence, line)
     labels = tuple(read_label(cell.text) for cell in header) or (ColumnLabel(),) * width
+    if not any(label.unit for label in labels) and _is_of_units(header):
+        units = header
     if units:
         labels = tuple(
             ColumnLabel(
