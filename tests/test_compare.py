@@ -494,6 +494,15 @@ class TestComparison:
         rows = rows_of(laws_file.parent / "out/scene-compare/comparison.csv")
         assert [row["approach"] for row in rows] == ["dahl", "coulomb", "viscous"]
 
+    def test_seeds_are_compared_in_pairs(self):
+        seeds = {"excitation": NOISE | {"seeds": 3}}
+        comparison = compare(laws_scene(seeds), ("lugre", "jenkins", "stick-slip"))
+        (row,) = comparison.table.of("lugre")
+        off, half_width = comparison.off(row)
+        assert row.seeds == 3
+        assert half_width > 0
+        assert off == pytest.approx(0, abs=0.2)
+
 
 LESS = {"dahl": {"friction.static_ratio": None}}
 """What a law of the file may not say beside its own options."""

@@ -692,6 +692,7 @@ def test_long_range_stays_apart_from_its_remark(capsys):
 def test_sweep_tells_what_all_its_cases_share(told, scenario, over, changes, said):
     out = told(solved(scenario(SEAT, {**changes, "sweep": over})))
     assert all(sentence in out for sentence in said)
+    assert ("isolation" in out) == ("excitation.frequency" in over)
 
 
 def test_sweep_of_a_record_names_its_file(tmp_path, scenario, told):

@@ -13,7 +13,7 @@ from law_scenes import PAPER, mirrored, noise, sine, solved
 from pydantic import ValidationError
 
 from drysim.approach import APPROACHES_BY_NAME
-from drysim.approach.stick_slip import ExactApproach
+from drysim.approach.stick_slip import ExactApproach, StickSlip
 from drysim.block import field_descriptions
 from drysim.core.model import CoulombLaw
 from drysim.errors import ScenarioError
@@ -289,6 +289,12 @@ class TestMotion:
     def test_static_limit_is_never_below_kinetic_friction(self, friction):
         law = friction.to_law(LAW_M)
         assert law.F_fs >= law.F_fk > 0
+
+
+def test_every_law_is_solved_by_the_approach_that_comparisons_take():
+    assert StickSlip.supports_dynamic
+    assert StickSlip.supports_static
+    assert StickSlip.supports_variation
 
 
 def test_shelf_holds_every_law_once():

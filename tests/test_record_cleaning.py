@@ -368,13 +368,18 @@ def test_what_would_fold_is_gone_before_samples_are_left_out(tmp_path):
     np.testing.assert_allclose(motion.u_dd[middle], WAVE[::4][middle], atol=2e-3)
 
 
-@pytest.mark.parametrize("mean", [0.0, 9.81])
-def test_resampling_that_costs_level_is_a_warning_whatever_the_mean(tmp_path, mean):
+@pytest.mark.parametrize(
+    ("mean", "remove", "remedy"),
+    [(0.0, {}, "{above: 30 Hz}"), (9.81, {"remove": "mean"}, "{trend: mean, above: 30 Hz}")],
+)
+def test_resampling_that_costs_level_is_a_warning_whatever_the_mean(
+    tmp_path, mean, remove, remedy
+):
     noise = np.random.default_rng(2).normal(size=len(T)) + mean
-    words = {"time": "t", "resample": {"rate": 210, "by": "line"}, "remove": "mean"}
+    words = {"time": "t", "resample": {"rate": 210, "by": "line"}, **remove}
     caution, other = motion_of(tmp_path, rows(T, noise), **words).warnings
     assert (caution.slug, other.slug) == ("record-lost", "record-interpolated")
-    assert "`by: spline` loses less; a low-pass, `remove: {" in caution.sentence
+    assert f"`by: spline` loses less; a low-pass, `remove: {remedy}`" in caution.sentence
     assert caution.numbers["rms_after"] < 0.9 * caution.numbers["rms_before"]
 
 

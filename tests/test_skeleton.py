@@ -99,9 +99,10 @@ def test_init_without_a_name_says_what_it_writes(drysim):
     assert f"shows all {len(gallery.list_scenarios())}" in " ".join(answer.err.split())
 
 
-@pytest.mark.parametrize("words", [("--new", "--list"), ("--list", "--from", "r.csv")])
+@pytest.mark.parametrize("words", [("--list", "--new"), ("--list", "--from", "r.csv")])
 def test_options_of_init_exclude_each_other(drysim, words):
     answer = drysim("init", *words)
     assert answer.code == 2
-    assert "cannot be combined" in answer.err
+    options = " and ".join(words[:2])
+    assert f"{options} cannot be combined" in answer.err
     assert not [*Path().iterdir()]

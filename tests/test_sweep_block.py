@@ -483,26 +483,27 @@ def test_key_that_is_no_number_is_refused(points_scenario, key):
 
 
 @pytest.mark.parametrize(
-    ("words", "sweep", "sentence"),
+    ("words", "sweep", "sentence", "value"),
     [
         ({"friction": {"law": "coulomb", "kinetic": 15, "static": 30}},
          {"friction.kinetic": {"from": 0, "to": 40, "step": 10}},
-         "friction.static must be at least the kinetic 40 N, not 30 N "
-         "(at friction.kinetic = 40)"),
+         "friction.static must be at least the kinetic 40 N, not 30 N", 40),
         ({"solver.approach": "signum", "friction.static_ratio": 1},
          {"friction.static_ratio": [1, 1.2]},
-         "signum does not support a static limit above kinetic"),
+         "signum does not support a static limit above kinetic", 1.2),
         ({"excitation": POINTS_NOISE}, {"excitation.points.1.0": [10, 1000]},
-         "solver.step must be below 0.0005 s"),
+         "solver.step must be below 0.0005 s", 1000),
     ],
 )  # fmt: skip
-def test_every_point_is_tried_when_the_grid_is_small(points_scenario, words, sweep, sentence):
+def test_every_point_is_tried_when_the_grid_is_small(
+    points_scenario, words, sweep, sentence, value
+):
     with pytest.raises(ScenarioError) as fault:
         points_scenario(words, sweep=sweep)
     (problem,) = fault.value.problems
     assert sentence in problem.sentence
     (key,) = sweep
-    assert f"(at {key} = " in problem.sentence
+    assert problem.sentence.endswith(f" (at {key} = {value:g})")
 
 
 def test_point_of_a_large_grid_is_tried_when_it_is_met(points_scenario):
