@@ -21,6 +21,7 @@ from drysim.study.regimes import (
     describe_change,
     describe_regime,
     merge_unsettled,
+    polygon_area,
 )
 
 PAPER = """
@@ -240,12 +241,6 @@ def test_lines_follow_the_regions_of_a_checkerboard_and_meet_where_three_do():
         )
 
 
-def polygon_area(points: np.ndarray) -> float:
-    """Return the area of a polygon."""
-    x, y = points.T
-    return 0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1)))
-
-
 def test_polylines_use_each_segment_once_and_close_loops():
     found = sorted(polylines([(1, 2), (3, 2), (3, 4), (7, 8), (8, 9), (9, 7)]), key=len)
     assert found[0] in ([1, 2, 3, 4], [4, 3, 2, 1])
@@ -260,6 +255,24 @@ def test_unsettled_strip_within_an_edge_is_one_boundary():
     assert merge_unsettled([first, last._replace(after=2)]) == []
     (one,) = merge_unsettled([first, last._replace(after=LOCKED)])
     assert (one.share, one.width) == (0.4, 0.0)
+
+
+def test_band_between_two_columns_of_nodes_goes_on_from_cell_to_cell():
+    grid = Grid(2, 4)
+    along, across = grid.shares
+    points = np.stack(np.meshgrid(along, across), axis=-1).reshape(-1, 2)
+    narrow = [Crossing(0.5, 0, 1, 0.0), Crossing(0.51, 1, 0, 0.0)]
+    joined = join_crossings(
+        grid, points, np.zeros(8, dtype=int), dict.fromkeys(range(4), narrow)
+    )
+    lines = [
+        np.array([joined.points[i] for i in line]) for line in polylines(joined.segments[0, 1])
+    ]
+    assert sorted(sorted({*line[:, 0]}) for line in lines) == [[0.5], [0.51]]
+    areas = dict.fromkeys((0, 1), 0.0)
+    for label, polygon in joined.patches:
+        areas[label] += polygon_area(polygon)
+    assert areas == pytest.approx({0: 0.99, 1: 0.01})
 
 
 def test_regimes_have_names():
@@ -382,3 +395,30 @@ def test_second_motion_ends_at_the_fold_of_its_branch_within_the_stated_width(tm
     folds = [float(one.value) for one in found if one.kind == "fold"]
     width = max(line.width for line in ends) * 2.5
     assert min(abs(fold - at[0]) for fold in folds) <= 0.5 * width
+
+
+def test_second_motion_narrower_than_a_cell_is_followed_to_its_folds(tmp_path):
+    # Next to the locked mass, between 58.74 N and folds that come closer with the frequency.
+    text = """
+oscillator: {mass: 90, stiffness: 6000, damping: 500}
+friction: {law: coulomb, kinetic: 40, static_ratio: 1.3}
+excitation: {kind: harmonic, frequency: 1.5, rms: 0.6}
+solver: {step: 0.01}
+sweep:
+  friction.kinetic: {from: 0, to: 80, step: 2}
+"""
+    over = "  excitation.frequency: {from: 0.5, to: 5, count: 37}\n"
+    result = drysim.map_regimes(load_text(tmp_path, text + over))
+    assert not result.labels[SEVERAL][result.nodes[1] > 1.7].any()
+    onset, folds = sorted(lines(result, "several stable motions"), key=lambda line: line[-1, 0])
+    assert onset[:, 0] == pytest.approx(90 * 0.6 * np.sqrt(2) / 1.3, rel=1e-7)
+    for line in (onset, folds):
+        assert sorted(line[[0, -1], 1]) == pytest.approx([0.5, 5.0])
+    ends = [line[np.argsort(line[:, 1])] for line in (onset, folds)]
+    outline = np.concatenate([ends[0], ends[1][::-1]])
+    assert result.share(SEVERAL) == pytest.approx(polygon_area(outline) / (80 * 4.5), rel=1e-6)
+    (fold,) = folds[folds[:, 1] == 2.5, 0]
+    point = {"excitation.frequency": 2.5}
+    found = drysim.branches(load_text(tmp_path, text, **point)).bifurcations
+    values = [float(one.value) for one in found if one.kind == "fold"]
+    assert min(abs(value - fold) for value in values) <= 80 * 1e-7

@@ -153,9 +153,10 @@ def tint(axes: Axes, result: RegimeMap) -> None:
         colors[corner == label] = to_rgb(tint_of(label))
     x, y = result.nodes
     axes.pcolormesh(x, y, colors, rasterized=True, zorder=0)
+    patches = [patch for patch in result.patches if patch.field == REGIME]
     parts = PolyCollection(
-        [patch.points for patch in result.patches],
-        facecolors=[tint_of(patch.label) for patch in result.patches],
+        [patch.points for patch in patches],
+        facecolors=[tint_of(patch.label) for patch in patches],
         edgecolors="none", antialiased=False, zorder=0.5,
     )  # fmt: skip
     axes.add_collection(parts, autolim=False)
@@ -163,20 +164,26 @@ def tint(axes: Axes, result: RegimeMap) -> None:
 
 def hatch(axes: Axes, result: RegimeMap) -> None:
     """Hatch the region in which there are several stable motions."""
-    if SEVERAL not in result.labels or not (result.labels[SEVERAL] == 1).any():
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    if SEVERAL not in result.labels or not result.share(SEVERAL):
         return
     x, y = result.nodes
-    filling = axes.contourf(
-        x,
-        y,
-        result.labels[SEVERAL],
-        levels=[0.5, 1.5],
-        colors="none",
-        hatches=["///"],
-        zorder=1,
+    polygons = [patch.points for patch in result.parts(SEVERAL)]
+    for row, whole in enumerate(result.whole_cells(SEVERAL)):
+        ends = np.flatnonzero(np.diff(whole, prepend=False, append=False))
+        for first, last in ends.reshape(-1, 2).tolist():
+            columns, rows = [first, last, last, first], [row, row, row + 1, row + 1]
+            polygons.append(np.stack([x[columns], y[rows]], axis=1))
+    outline = Path.make_compound_path(
+        *(Path(np.concatenate([points, points[:1]]), closed=True) for points in polygons)
     )
-    filling.set_edgecolor("#b9a3cf")
-    filling.set_linewidth(0.0)
+    axes.add_patch(
+        PathPatch(
+            outline, facecolor="none", edgecolor="#b9a3cf", linewidth=0.0, hatch="///", zorder=1
+        )
+    )
 
 
 # Labels of the regions.

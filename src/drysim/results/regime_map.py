@@ -81,7 +81,8 @@ def map_scene(case: Case) -> Iterator[tuple[str, str]]:
         seeds = wording.format_count(len(seed_range(scenario)), "seed")
         yield "grid", f"{size} motions of {format_number(end - begin, 's')}, {seeds}"
     else:
-        yield "grid", f"{size} periodic orbits; a regime smaller than a cell may be missed"
+        remark = "a region may be missed where it is narrower than a cell"
+        yield "grid", f"{size} periodic orbits; {remark}"
     yield from describe_fixed(case, keys)
     yield "base", scenario.excitation.describe_cases(case.motion, keys)
 

@@ -120,6 +120,7 @@ class Corner(NamedTuple):
     """A point on the perimeter of a cell, and the label that begins there; -1 for a node."""
 
     number: int
+    edge: int
     point: Floats
     before: int
     after: int
@@ -148,9 +149,9 @@ def join_crossings(
         perimeter: list[Corner] = []
         for node, edge, is_reversed in grid.sides(cell):
             label = int(labels[node])
-            perimeter.append(Corner(-1, points[node], label, label))
+            perimeter.append(Corner(-1, edge, points[node], label, label))
             on_edge = [
-                Corner(number, joined.points[number], crossing.before, crossing.after)
+                Corner(number, edge, joined.points[number], crossing.before, crossing.after)
                 for number, crossing in zip(
                     numbers.get(edge, ()), crossings.get(edge, ()), strict=True
                 )
@@ -170,9 +171,14 @@ def join_cell(perimeter: Sequence[Corner], joined: Joined) -> None:
     left = [corner for corner in perimeter if corner.number >= 0]
     if len(left) < 2:
         return
-    # Of a saddle, the shorter way.
+    # Of a saddle, the shorter way; of a band between two nodes, along it.
     if len(left) == 4 and len({corner.pair for corner in left}) == 1:
-        lengths = [np.hypot(*(left[i].point - left[i - 1].point)) for i in range(4)]
+        lengths = [
+            np.hypot(*(left[i].point - left[i - 1].point))
+            if left[i].edge != left[i - 1].edge
+            else np.inf
+            for i in range(4)
+        ]
         if lengths[0] + lengths[2] < lengths[1] + lengths[3]:
             left = [left[-1], *left[:-1]]
         joined.patches.append((left[1].after, np.array([corner.point for corner in left])))

@@ -11,6 +11,8 @@ Method
        one call of the kernel, and label it in each field.
     2. With F_fs above F_fk other starts may lead to other orbits. Where one is found, continue
        it to the neighbouring nodes: its basin may be too small to be hit by a fixed start.
+       Where the regime changes on an edge, continue the orbit of each side past the change: a
+       region of two motions that begins there may be narrower than a cell.
     3. On every edge whose ends have different labels, bisect to the label of one end; if that
        does not lead to the label of the other end, bisect the rest of the edge again. All edges
        are bisected at once.
@@ -20,9 +22,10 @@ Method
     sticking (`break_aways`).
 
 What may be missed
-    A region without a node of the grid, and between two equal labels on an edge. Where the
-    motion settles too slowly to be labelled, as next to a loss of symmetry, the boundary is the
-    middle of the unlabelled strip, whose width is reported.
+    A region without a node of the grid, and between two equal labels on an edge, but for a
+    second motion next to a change of regime. Where the motion settles too slowly to be
+    labelled, as next to a loss of symmetry, the boundary is the middle of the unlabelled strip,
+    whose width is reported.
 """
 
 from __future__ import annotations
@@ -128,6 +131,10 @@ HALVINGS, HALVINGS_TO_FOLD = 35, 20
 """Bisections of an edge: to 1e-12 of the axis; and to 3e-8 of it up to the end of a second
 motion, where both the motion and its continuation settle ever more slowly. The last interval is
 the width of that boundary."""
+
+NEXT_TO_CHANGE = 1e-6
+"""Distance from a change of regime, as a share of the edge, at which the orbit of one side is
+continued to the other."""
 
 MAX_REGIONS_PER_EDGE = 16
 """Most regions that are looked for on one edge."""
@@ -322,10 +329,14 @@ class Place(NamedTuple):
 
 
 class Patch(NamedTuple):
-    """Part of a cell with one regime: a polygon of shape (n, 2) in SI."""
+    """Part of a cell with one label of a field."""
 
+    field: str
     label: int
     points: Floats
+    """Polygon in SI, shape (n, 2)."""
+    area: float
+    """As a share of the map."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,7 +353,7 @@ class RegimeMap(Result):
         Labels of the nodes in each field, arrays of shape (second axis, first axis).
     boundaries : tuple of Boundary
     patches : tuple of Patch
-        The cells that hold a boundary between regimes, divided along it.
+        The cells that hold a boundary, divided along it.
     place : Place
         The scenario itself.
     cases : int
@@ -405,8 +416,22 @@ class RegimeMap(Result):
         return {describe_regime(label): share for label, share in self.shares.items()}
 
     def share(self, field: str) -> float:
-        """Return the share of the nodes with label 1 in a field."""
-        return float((self.labels[field] == 1).mean())
+        """Return the share of the map with label 1 in a field, its narrowest parts included."""
+        cells = (self.grid.columns - 1) * (self.grid.rows - 1)
+        whole = float(self.whole_cells(field).sum()) / cells
+        return whole + sum(patch.area for patch in self.parts(field))
+
+    def whole_cells(self, field: str) -> NDArray[np.bool_]:
+        """Return the cells with label 1 at all four corners; no boundary divides them."""
+        inside = self.labels[field] == 1
+        whole: NDArray[np.bool_] = (
+            inside[:-1, :-1] & inside[1:, :-1] & inside[:-1, 1:] & inside[1:, 1:]
+        )
+        return whole
+
+    def parts(self, field: str) -> list[Patch]:
+        """Return the parts of divided cells with label 1 in a field."""
+        return [patch for patch in self.patches if patch.field == field and patch.label == 1]
 
     def describe_place(self) -> Iterator[str]:
         """Yield what the scenario itself does, in the fields that have a meaning."""
@@ -532,10 +557,10 @@ def solve(
         for field in plane.fields:
             joined = join_crossings(grid, points, net.labels[field], net.crossings(field))
             boundaries += trace(axes, field, joined)
-            if field == REGIME:
-                patches = [
-                    Patch(label, to_values(axes, points)) for label, points in joined.patches
-                ]
+            patches += [
+                Patch(field, label, to_values(axes, polygon), polygon_area(polygon))
+                for label, polygon in joined.patches
+            ]
         shape = grid.rows, grid.columns
         labels = {field: net.labels[field].reshape(shape) for field in plane.fields}
         place = find_place(plane, grid)
@@ -547,6 +572,12 @@ def solve(
 def to_values(axes: Sequence[KeyRange], shares: Floats) -> Floats:
     """Return points of the map in SI; `shares` has shape (n, 2)."""
     return np.stack([axis.value(shares[:, i]) for i, axis in enumerate(axes)], axis=1)
+
+
+def polygon_area(points: Floats) -> float:
+    """Return the area of a polygon of shape (n, 2)."""
+    x, y = points.T
+    return 0.5 * abs(float(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))))
 
 
 class OrbitPlane:
@@ -716,10 +747,13 @@ class OrbitNet:
         """
         from drysim.study.other_motions import can_have_other_motions, orbit_starts
 
-        can_have = can_have_other_motions(scenes)
+        can_have = self.can_have = can_have_other_motions(scenes)
         possible = np.flatnonzero(can_have)[::stride]
         for start in orbit_starts(scenes[possible]):
             self.try_starts(possible, scenes, answers, start)
+        for band in self.continued_past_changes:
+            nodes = self.edges[band.edges, 1 if band.rises else 0]
+            self.try_starts(nodes, scenes, answers, band.states[:, 2:])
         new = self.several.copy()
         while new.any():
             before = self.several.copy()
@@ -748,6 +782,17 @@ class OrbitNet:
         """Return the boundaries of a field on all edges whose ends differ."""
         if field == SEVERAL:
             return self.crossings_of_several()
+        if field == REGIME:
+            return self.changes_of_regime
+        return self.changes_of(field)
+
+    @cached_property
+    def changes_of_regime(self) -> Crossings:
+        """The boundaries between regimes."""
+        return self.changes_of(REGIME)
+
+    def changes_of(self, field: str) -> Crossings:
+        """Return the boundaries of a field of which every point has a label of its own."""
         labels = self.labels[field]
         begin, end = labels[self.edges[:, 0]], labels[self.edges[:, 1]]
         pending = np.flatnonzero(begin != end)
@@ -793,19 +838,100 @@ class OrbitNet:
             after = np.where(same, after, labels)
         return low, high, after
 
-    def crossings_of_several(self) -> Crossings:
-        """Return where a second motion ends, on all edges; it is continued along them."""
+    @cached_property
+    def continued_past_changes(self) -> tuple[Continued, ...]:
+        """Where the orbit of one side of a change of regime continues on the other side.
+
+        There are two motions next to such a change: on its upper side, then on its lower.
+        """
         from drysim.study.other_motions import are_different
 
+        changes = [
+            (edge, crossing.share, crossing.width)
+            for edge, several in self.changes_of_regime.items()
+            for crossing in several
+            if self.can_have[self.edges[edge]].all()
+        ]
+        edges = np.array([edge for edge, _, _ in changes], dtype=np.int64)
+        share = np.array([share for _, share, _ in changes])
+        gap = np.array([0.5 * width + NEXT_TO_CHANGE for _, _, width in changes])
+        sides = [np.clip(share + sign * gap, 0.0, 1.0) for sign in (-1.0, 1.0)]
+        scenes = [self.plane.scenes(on_edges(self, edges, side)) for side in sides]
+        answers = [self.plane.solve(side) for side in scenes]
+        continued = []
+        for here, other in ((1, 0), (0, 1)):
+            start = state_of(answers[other])
+            left = np.flatnonzero(np.isfinite(start).all(axis=1))
+            reached = self.plane.solve(with_start(scenes[here][left], start[left]))
+            differs = are_different(answers[here][left], reached)
+            which = left[differs]
+            states = np.concatenate(
+                [state_of(answers[here])[which], state_of(reached)[differs]], axis=1
+            )
+            continued.append(Continued(here == 1, edges[which], share[which], states))
+        return tuple(continued)
+
+    def crossings_of_several(self) -> Crossings:
+        """Return where a second motion begins and ends, on all edges.
+
+        It is continued along them, from their ends, and from changes of regime between ends
+        without a second motion.
+        """
         has = self.several[self.edges]
         edges = np.flatnonzero(has[:, 0] != has[:, 1])
-        turned = has[edges, 1]
-        states = self.states[np.where(turned, self.edges[edges, 1], self.edges[edges, 0])]
-        low, high = np.zeros(len(edges)), np.ones(len(edges))
+        rises = has[edges, 0]
+        states = self.states[np.where(rises, self.edges[edges, 0], self.edges[edges, 1])]
+        share, width = self.end_of_second(edges, np.where(rises, 0.0, 1.0), rises, states)
+        columns = edges.tolist(), share.tolist(), rises.tolist(), width.tolist()
+        crossings = {
+            edge: [Crossing(place, int(up), 1 - up, size)]
+            for edge, place, up, size in zip(*columns, strict=True)
+        }
+        for edge, bands in self.narrow_bands(has[:, 0] | has[:, 1]).items():
+            crossings[edge] = [
+                Crossing(place, label, 1 - label, size)
+                for band in bands
+                for label, (place, size) in enumerate(band)
+            ]
+        return crossings
+
+    def narrow_bands(self, has: NDArray[np.bool_]) -> dict[int, list[Band]]:
+        """Return the bands of a second motion on edges neither end of which has one."""
+        bands: dict[int, list[Band]] = defaultdict(list)
+        for continued in self.continued_past_changes:
+            edges, share = continued.edges, continued.share
+            rises = np.full(len(edges), continued.rises)
+            ends, widths = self.end_of_second(edges, share, rises, continued.states)
+            columns = edges.tolist(), share.tolist(), ends.tolist(), widths.tolist()
+            for edge, change, end, width in zip(*columns, strict=True):
+                if not has[edge]:
+                    low, high = sorted([(change, 0.0), (end, width)])
+                    bands[edge].append((low, high))
+        return {edge: joined_bands(several) for edge, several in bands.items()}
+
+    def end_of_second(
+        self, edges: Integers, begin: Floats, rises: NDArray[np.bool_], states: Floats
+    ) -> tuple[Floats, Floats]:
+        """Return where second motions end on edges, and the width of the last interval.
+
+        Parameters
+        ----------
+        edges : ndarray, shape (n,)
+            Numbers of the edges.
+        begin : ndarray, shape (n,)
+            Where there is a second motion, as a share of the edge.
+        rises : ndarray, shape (n,)
+            Whether it is continued to the second end of the edge, or to the first.
+        states : ndarray, shape (n, 4)
+            States of both motions at `begin`.
+        """
+        from drysim.study.other_motions import are_different
+
+        states = states.copy()
+        low, high = begin, np.where(rises, 1.0, 0.0)
         for _ in range(HALVINGS_TO_FOLD):
             middle = 0.5 * (low + high)
-            place = np.where(turned, 1.0 - middle, middle)
-            scenes = self.plane.scenes(on_edges(self, edges, place))
+            scenes = self.plane.scenes(on_edges(self, edges, middle))
             first_answers = self.plane.solve(scenes)
             exists = np.zeros(len(edges), dtype=bool)
             for start in (states[:, 2:].copy(), states[:, :2].copy()):
@@ -816,13 +942,35 @@ class OrbitNet:
                 states[left[other], 2:] = state_of(reached)[other]
                 exists[left[other]] = True
             low, high = np.where(exists, middle, low), np.where(exists, high, middle)
-        middle = 0.5 * (low + high)
-        share = np.where(turned, 1.0 - middle, middle)
-        columns = edges.tolist(), share.tolist(), turned.tolist(), (high - low).tolist()
-        return {
-            edge: [Crossing(place, 1 - back, int(back), width)]
-            for edge, place, back, width in zip(*columns, strict=True)
-        }
+        return 0.5 * (low + high), abs(high - low)
+
+
+class Continued(NamedTuple):
+    """Orbits continued past changes of regime, where two motions exist."""
+
+    rises: bool
+    """Whether towards the second end of the edges."""
+    edges: Integers
+    share: Floats
+    """Where the regime changes, as a share of the edge."""
+    states: Floats
+    """States of both motions, shape (n, 4)."""
+
+
+Band = tuple[tuple[float, float], tuple[float, float]]
+"""Part of an edge: share of the edge and width of the strip at its beginning and its end."""
+
+
+def joined_bands(bands: Sequence[Band]) -> list[Band]:
+    """Return bands in order; those that touch or overlap are one."""
+    joined: list[Band] = []
+    for band in sorted(bands):
+        if joined and band[0][0] <= joined[-1][1][0]:
+            begin, end = joined.pop()
+            joined.append((begin, max(end, band[1])))
+        else:
+            joined.append(band)
+    return joined
 
 
 def merge_unsettled(several: Sequence[Crossing]) -> list[Crossing]:
