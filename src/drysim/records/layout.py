@@ -272,8 +272,8 @@ def lower_header_error(
         for line, _, text in islice(content_lines(top), columns.header_line)
         if line < columns.header_line
     ]
-    samples = (len(cells) == columns.width and all(map(is_number, cells)) for cells in above)
-    if sum(samples) > 1:
+    below = above[1:]  # the header taken, or numbers such as a serial number
+    if any(len(cells) == columns.width and all(map(is_number, cells)) for cells in below):
         return None
     return header_error(top, columns.header_line, skip + 1)
 
