@@ -358,7 +358,7 @@ class Likelihood:
             if not np.isfinite(squares).any():  # all lie beyond narrow bounds
                 alone = solution.x[None, list(self.regular)]
                 x = np.append(x, alone, axis=0)
-                squares = np.append(squares, squares_at(self, alone))
+                squares = np.append(squares, solution.sum_of_squares)
             densities = [each.log_density(x) for each in rounds[: number + 1]]
             logarithms = -0.5 * squares - np.logaddexp.reduce(densities, axis=0)
             weights = np.exp(logarithms - logarithms.max())
@@ -389,19 +389,19 @@ def squares_at(likelihood: Likelihood, points: Floats) -> Floats:
     for point in points:
         x = solution.x.copy()
         x[regular] = point
-        solved = squares.solve(x) if is_allowed(squares, x) else None
+        solved = squares.solve(x) if is_allowed(squares, x, regular) else None
         residuals = None if solved is None else squares.residuals(solved, solution.mask)
         sums.append(np.inf if residuals is None else float(np.sum(residuals**2)))
     return np.array(sums)
 
 
-def is_allowed(squares: LeastSquares, x: Floats) -> bool:
-    """Return whether scaled parameters are within bounds, and static limits above kinetic."""
+def is_allowed(squares: LeastSquares, x: Floats, drawn: list[int]) -> bool:
+    """Return whether drawn parameters are within bounds, and static limits above kinetic."""
     low, high = squares.bounds
     values = x * squares.scale
     allowed = np.array([*squares.model.point(values).values()])
-    is_over = allowed > values + 1e-12 * np.abs(values)
-    return bool(np.all((low <= x) & (x <= high) & ~is_over))
+    inside = (low <= x) & (x <= high) & (allowed <= values + 1e-12 * np.abs(values))
+    return bool(inside[drawn].all())
 
 
 def effective_size(weights: Floats) -> float:
