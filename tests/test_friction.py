@@ -76,7 +76,10 @@ def test_forces_or_coefficients_with_defaults_give_coulombs_law(words, law, defa
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        ({"kinetic": 15, "static": 12}, "must be at least the kinetic 15 N, not 12 N"),
+        (
+            {"kinetic": 15, "static": 12},
+            "must be at least the kinetic 15 N, not 12 N; `static_ratio` in its place",
+        ),
         ({"mu_kinetic": 0.3, "mu_static": 0.2}, "must be at least the kinetic 0.3, not 0.2"),
         ({"kinetic": 15, "static_ratio": 0.9}, "must be at least 1, not 0.9"),
     ],

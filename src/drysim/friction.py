@@ -186,6 +186,7 @@ class FrictionLimits(KineticForce):
                     least, given = f"{low:.12g}{unit}", f"{high:.12g}{unit}"
                     sentence = f"must be at least the kinetic {least}, not {given}"
                     sentence += f", in {direction}" if where else ""
+                    sentence += "; `static_ratio` in its place follows the kinetic"
                     raise InvalidValue(sentence, name)
         return self
 
