@@ -642,6 +642,17 @@ def test_removal_of_a_report_is_said(result, drysim):
     assert drysim("run", "seat.yaml", "--no-plots", "--report", "-o", "out").err == ""
 
 
+def test_removal_of_a_report_is_not_said_before_an_error(drysim):
+    drysim("init", "assess-seat")
+    words = ("assess", "assess-seat.yaml", "--no-plots", "-o", "out")
+    assert drysim(*words, "--report").code == 0
+    done = drysim(*words, "--set", "assess.measured.x_dd=sofa")
+    assert done.code == 2
+    assert "there is no column `sofa`" in done.err
+    assert "removed" not in done.err
+    assert Path("out/report.html").is_file()
+
+
 # Size, Python, start-up.
 
 

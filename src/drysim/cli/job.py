@@ -311,11 +311,6 @@ def compute(job: Job, folder: Path, common: Common) -> Done:
     replaced = stored_kind(folder)
     if replaced not in ("", job.kind):
         mode.print_loss(f"the {replaced} in {folder} will be replaced; use --out to keep it")
-    if not common.report and output.has_report(folder):
-        mode.print_loss(
-            f"the report of the earlier result in {folder} will be removed with it; "
-            f"`drysim report {folder}` writes a new one"
-        )
     job.before(folder)
     with job.executor() as execute, ExitStack() as stack:
         place: Path | LockedFolder = folder
@@ -333,6 +328,11 @@ def compute(job: Job, folder: Path, common: Common) -> Done:
             raise
         complete: bool = getattr(result, "complete", True)
         code = result.exit_code(common.strict) if complete else EXIT_INTERRUPTED
+        if complete and not common.report and output.has_report(folder):
+            mode.print_loss(
+                f"the report of the earlier result in {folder} will be removed with it; "
+                f"`drysim report {folder}` writes a new one"
+            )
         if common.plots and complete:
             from drysim.plots.style import leave_out_documentation
 
