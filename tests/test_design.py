@@ -575,6 +575,12 @@ def test_limits_of_a_study_are_checked_for_units():
     assert "write `25 mm`" in warning.sentence
 
 
+def test_varied_length_of_either_sign_is_checked_for_units():
+    scenario = study_of(vary="start.x_r: {from: -30, to: -25}")
+    sentences = [problem.sentence for problem in drysim.validate(scenario)]
+    assert "start.x_r is 30 m; if it is in millimetres, write `30 mm`" in sentences
+
+
 def test_stroke_limit_of_every_seed_is_not_the_limit_of_their_mean():
     # Of 6 seeds the mean keeps the limit with less damping than each of them.
     scene = NOISE.replace("40 mm", "14 mm")

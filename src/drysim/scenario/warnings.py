@@ -322,7 +322,7 @@ def _length_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
         lengths.append(("start.x_r", "start.x_r", start))
     varied = scenario.design.vary if scenario.design else ()
     lengths += [
-        (axis.key, axis.key, axis.high)
+        (axis.key, axis.key, max(abs(axis.low), abs(axis.high)))
         for axis in varied
         if axis.key in (*LIMIT_KEYS, "start.x_r")
     ]
