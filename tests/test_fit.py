@@ -21,6 +21,7 @@ import drysim
 from drysim.parallel import WorkerPool
 from drysim.results.fit import describe_interval, summarise
 from drysim.scenario.load import load
+from drysim.study import fit_base_noise
 from drysim.study.fit import count_steps
 from drysim.study.fit_law import (
     LawFit,
@@ -571,6 +572,16 @@ def test_motion_of_high_frequency_is_no_noise_of_the_base(tmp_path):
     write_twin(tmp_path, SEAT + STICKY + RECORDED, noise={"x_dd": 0.005})
     result = fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR))
     assert result.base_noise.level < 0.01
+
+
+def test_noise_of_the_base_under_which_nothing_can_be_solved_is_an_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(fit_base_noise, "change_under", lambda *_: None)
+    write_twin(tmp_path, SEAT + STICKY)
+    base_with_noise(tmp_path, 0.02)
+    write_twin(tmp_path, SEAT + STICKY + RECORDED, noise={"x_dd": 0.005})
+    more = "  noise: {u_dd: 0.02 m/s2}\n"
+    with pytest.raises(drysim.SolverError, match=r"noise of the base of 0\.02 m/s²; `fit\."):
+        fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR), more=more, workers=1)
 
 
 @pytest.mark.parametrize(

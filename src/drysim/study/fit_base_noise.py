@@ -36,6 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drysim.core.model import Floats, Samples
+from drysim.errors import SolverError
 from drysim.parallel import WorkerPool
 from drysim.study.fit_least_squares import NOISELESS, OUTLIER, Solution
 from drysim.study.starting_values import noise_level
@@ -150,7 +151,13 @@ def sandwich(solution: Solution, changes: Changes, shares: Floats, spread: Float
 
 
 def changes_under(solution: Solution, level: float, draws: int, pool: WorkerPool) -> Changes:
-    """Return what white noise of the base record changes."""
+    """Return what white noise of the base record changes.
+
+    Raises
+    ------
+    SolverError
+        If no motion with drawn noise can be solved.
+    """
     model = solution.squares.model
     fitted = solution.squares.solve(solution.x)
     assert fitted is not None, "the solution was solved before"
@@ -164,6 +171,11 @@ def changes_under(solution: Solution, level: float, draws: int, pool: WorkerPool
     )
     shared = model.motion, model.measurement
     solved = [each for each in pool.map_in_order(change, range(draws), shared) if each]
+    if not solved:
+        raise SolverError(
+            f"no motion can be solved under noise of the base of {level:.3g} m/s²; "
+            "`fit.noise.u_dd: 0` takes the base as exact"
+        )
     return Changes(*(np.mean(parts, axis=0) for parts in zip(*solved, strict=True)))
 
 
