@@ -124,7 +124,7 @@ def _assess_lines(path: str, inspection: Inspection) -> list[str]:
         return []
     base, mass = names
     shared = {key: proposed[key] for key in SHARED_KEYS if proposed.get(key) is not None}
-    remove = proposed.get("remove")  # a mean that is gravity is that of both
+    remove = proposed.get("remove")  # offset and drift, of both
     channels = {
         key: name if remove is None else {"column": name, "remove": remove}
         for key, name in (("u_dd", base), ("x_dd", mass))
