@@ -243,6 +243,8 @@ def test_problems_are_shown_as_the_contract_has_them(capsys):
         (RecordError(Problem("`abc` is not a number", "road.csv", 12, 3, 3, "1\tabc")),
          "error: road.csv: 1 error\n\nroad.csv:12:3: `abc` is not a number\n"
          "  12 │ 1 abc\n     │   ^^^\n"),
+        (RecordError(Problem("no column", "road.csv", 1, named_at=Problem("-", "seat.yaml"))),
+         "error: seat.yaml: 1 error\n\nroad.csv:1: no column\n"),
         (OutputError("out is a file, not a folder", "move it away"),
          "error: out is a file, not a folder\n\nmove it away\n"),
     ],

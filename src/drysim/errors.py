@@ -56,6 +56,8 @@ class Problem:
     """`error`, `warning`, or `note` for a step that the scenario requested."""
     remark: str = ""
     """What stands at the place if the key is missing, such as the block in which it belongs."""
+    named_at: Problem | None = None
+    """Where the scenario names the file, of a fault in a record."""
 
     @property
     def place(self) -> str:

@@ -43,7 +43,8 @@ def show_error(fault: DrysimError) -> None:
     console = stderr()
     sentence, problems = fault.message, getattr(fault, "problems", ())
     if isinstance(fault, RecordError):
-        sentence, problems = f"{fault.problem.file}: 1 error", (fault.problem,)
+        problems = (fault.problem,)
+        sentence = f"{(fault.problem.named_at or fault.problem).file}: 1 error"
     print_line(console, ("error: ", "bold red"), sentence)
     _print_problems(console, problems)
     if fault.hint:
@@ -73,7 +74,9 @@ def show_problems(
     if form == "github":
         for problems in problems_by_file.values():
             for problem in problems:
-                print_workflow_command(console, _github_annotation(problem, strict))
+                # The record may not be in the pull request; the scenario is.
+                for place in filter(None, (problem.named_at, problem)):
+                    print_workflow_command(console, _github_annotation(place, strict))
         return
     for number, (file, problems) in enumerate(problems_by_file.items()):
         if number:
@@ -145,7 +148,7 @@ def _to_dict(problems_by_file: Mapping[str, Sequence[Problem]]) -> dict[str, obj
             "sound": all(problem.severity != "error" for problem in problems),
             "problems": [
                 {
-                    **asdict(problem),
+                    **{key: x for key, x in asdict(problem).items() if key != "named_at"},
                     "line": problem.line or None,
                     "column": problem.column or None,
                     "source": _excerpt(problem)[0],

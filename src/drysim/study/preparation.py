@@ -178,14 +178,17 @@ def refuse_interval(scenario: Scenario) -> None:
 
 @contextmanager
 def locating_records(scenario: Scenario) -> Iterator[None]:
-    """Report a record that does not exist at the place where the scenario names it."""
+    """Add to a fault of a record where the scenario names it; if it is missing, only that."""
     try:
         yield
     except RecordError as fault:
         for keys, path in named_files(scenario):
-            if str(path) == fault.problem.file and not path.exists():
-                sentence = f"{spoken_name(keys)}: {fault.problem}"
-                problem = scenario.problem(sentence, keys)
+            if str(path) == fault.problem.file:
+                problem = scenario.problem(f"{spoken_name(keys)}: {fault.problem}", keys)
+                if path.exists() and problem.file:
+                    problem = replace(fault.problem, named_at=problem)
+                elif path.exists():
+                    raise
                 raise RecordError(problem, fault.hint) from None
         raise
 
