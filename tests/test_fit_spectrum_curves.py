@@ -76,6 +76,17 @@ def test_ratios_are_the_estimates_of_an_assessment_of_the_same_motion(estimator)
         assert ratios[0, here] == pytest.approx(wanted, rel=1e-2)
 
 
+@pytest.mark.parametrize("estimator", ["H1", "H2", "Hv"])
+def test_ratios_of_a_mass_that_never_slides_are_finite(estimator):
+    curves = curves_of_gallery((0.6, 1.0, 1.8), estimator=estimator)
+    model = read_model(package.load(GALLERY, curves)).short
+    locked = np.array([4500.0, 300.0, 1e4, 1.0])
+    ratios, stuck = model.ratios(locked[None])
+    assert (stuck == 1.0).all()
+    assert ratios[0] == pytest.approx(np.where(model.rows.ratio == 0, 1.0, 0.0), abs=1e-6)
+    assert all(np.isfinite(errors).all() for _, errors in model.scatter(locked))
+
+
 @pytest.mark.parametrize(("curve", "factor"), [(1, 2.0**0.5), (2, 0.8)])
 def test_a_wrong_level_is_named(curve, factor):
     levels = [0.6, 1.0, 1.8]

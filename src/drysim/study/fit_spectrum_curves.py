@@ -375,10 +375,11 @@ def line_spacing(segment: float, dt: float) -> float:
 
 
 def size_of_transfer(estimator: str, G_u: Floats, G_x: Floats, G_ux: Complexes) -> Floats:
-    """Return |H1|, |H2| or |Hv| [-]."""
+    """Return |H1|, |H2| or |Hv| [-]; 0 where the response is at rest."""
     a, b, c = ESTIMATORS[estimator]
-    size: Floats = G_u**a * G_x**b * np.abs(G_ux) ** c
-    return size
+    moves = np.abs(G_ux) > 0.0
+    size: Floats = G_u**a * G_x**b * np.where(moves, np.abs(G_ux), 1.0) ** c
+    return np.where(moves, size, 0.0)
 
 
 def spectral_matrix(U: Complexes, X: Complexes) -> tuple[Floats, Floats, Complexes]:
@@ -398,6 +399,8 @@ def relative_errors(group: Group, U: Complexes, X: Complexes) -> Floats:
     """
     whole, segments = spectral_matrix(U, X), U.shape[1]
     blocks = int(np.clip(segments // SEGMENTS_PER_BLOCK, 2, BLOCKS))
+    if not X.any():  # a mass that never slides has no scatter
+        return np.zeros((len(group.rows), blocks))
     edges = np.round(np.linspace(0, segments, blocks + 1)).astype(np.intp).tolist()
     ratio, changes = size_of_transfer(group.estimator, *whole), np.zeros((len(U), blocks))
     for b in range(blocks):
