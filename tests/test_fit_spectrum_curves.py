@@ -98,6 +98,22 @@ def test_a_wrong_level_is_named(curve, factor):
     assert float(rest.split()[0]) == pytest.approx(1.0 / factor, rel=0.06)
 
 
+def test_a_wrong_level_of_two_entries_is_named():
+    levels = {"0.6": 0.6, "1.0": 2.0**0.5, "1.8": 1.8}
+    apart = [
+        {
+            "file": "fit-spectrum-synthetic.csv", "frequency": "f", "rms": level,
+            ratio: f"{ratio} {column}",
+        }
+        for column, level in levels.items() for ratio in ("T_a", "T_x")
+    ]  # fmt: skip
+    result = package.fit(package.load(GALLERY, {"fit.curves": apart}), workers=1)
+    named = next(warning for warning in result.warnings if warning.slug == "bad-fit")
+    start = "the level of curves #3 and #4 seems to be wrong: with "
+    _, _, rest = named.sentence.partition(start)
+    assert float(rest.split()[0]) == pytest.approx(2.0**-0.5, rel=0.06)
+
+
 def test_a_stated_time_is_not_estimated(drysim, tmp_path):
     write_random_curves(tmp_path, 2, 200.0, ", duration: 200 s")
     said = drysim("fit", "twin.yaml", "--out", "out")

@@ -59,7 +59,7 @@ from drysim.study.fit_model import (
 from drysim.study.fit_profiles import CHI_SQUARE_95
 from drysim.study.plan import can_solve_together, orbit_metrics, orbit_statuses, scene_array
 from drysim.study.preparation import assemble, base_motion, locating_records
-from drysim.wording import format_count, format_number
+from drysim.wording import format_count, format_number, join_words
 from drysim.yaml_document import KeyPath
 
 CURVES = "curves"
@@ -709,20 +709,42 @@ def likely_wrong_level(fitted: CurveFit) -> str:
 
     A common factor of all levels cannot be seen: it is that of the friction.
     """
-    squares, rows = fitted.solution.squares, fitted.model.rows
-    curves = np.unique(rows.curve).tolist()
+    squares = fitted.solution.squares
     best, cause = MUCH_BETTER * squares.cost(fitted.solution.x), ""
-    for curve, factor in product(curves if len(curves) > 1 else (), LEVEL_FACTORS):
-        level = np.where(rows.curve == curve, factor * rows.rms, rows.rms)
-        other = replace(fitted.model, rows=rows._replace(rms=level))
-        cost, _ = replace(squares, model=other).fine(fitted.solution.x)
+    for curves, factor in product(curves_of_levels(fitted.model), LEVEL_FACTORS):
+        cost, _ = with_level(squares, curves, factor).fine(fitted.solution.x)
         if cost < best:
             best = cost
             cause = (
-                f"the level of curves #{curve + 1} seems to be wrong: with {factor:.3g} times "
-                "the stated one all curves fit much better"
+                f"the level of {curve_names(curves)} seems to be wrong: with {factor:.3g} "
+                "times the stated one all curves fit much better"
             )
     return cause
+
+
+def curves_of_levels(model: CurveModel) -> list[tuple[int, ...]]:
+    """Return the curves whose level may be wrong: each, and those of one stated level together.
+
+    A common factor of all levels cannot be seen.
+    """
+    stated = [curve.level for curve in fit_of(model.scenario).curves or ()]
+    together = {
+        tuple(i for i, other in enumerate(stated) if other == level) for level in set(stated)
+    }
+    each = {(i,) for i in range(len(stated))}
+    return sorted(curves for curves in each | together if len(curves) < len(stated))
+
+
+def curve_names(curves: Sequence[int]) -> str:
+    """Return the names of curves in a message."""
+    return f"curves {join_words([f'#{i + 1}' for i in curves])}"
+
+
+def with_level(squares: CurveSquares, curves: Sequence[int], factor: float) -> CurveSquares:
+    """Return the residuals with another level of some curves."""
+    rows = squares.model.rows
+    rms = np.where(np.isin(rows.curve, curves), factor * rows.rms, rows.rms)
+    return replace(squares, model=replace(squares.model, rows=rows._replace(rms=rms)))
 
 
 def noise_of(fitted: CurveFit) -> Floats:

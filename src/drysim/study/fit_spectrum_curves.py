@@ -56,9 +56,12 @@ from drysim.study.fit_curves import (
     CurveFit,
     CurveModel,
     CurveSquares,
+    curve_names,
+    curves_of_levels,
     final_fit,
     follow_starts,
     read_model,
+    with_level,
 )
 from drysim.study.fit_law import Steps
 from drysim.study.fit_least_squares import (
@@ -185,8 +188,15 @@ class SpectrumModel(CurveModel):
 
     @cached_property
     def levels(self) -> tuple[Floats, NDArray[np.intp]]:
-        """The RMS values of the base [m/s²], and the index of that of each row."""
-        levels, inverse = np.unique(self.rows.rms, return_inverse=True)
+        """Index of the signals and RMS value [m/s²] of each level, shape (2, n); level of rows.
+
+        Curves of one stated level have the same signals, also where the level of one is tried
+        at another value.
+        """
+        stated = [curve.level for curve in fit_of(self.scenario).curves or ()]
+        signals = np.array([sorted(set(stated)).index(level) for level in stated])
+        pairs = np.stack([signals[self.rows.curve], self.rows.rms])
+        levels, inverse = np.unique(pairs, axis=1, return_inverse=True)
         return levels, inverse.ravel()
 
     @cached_property
@@ -239,7 +249,7 @@ class SpectrumModel(CurveModel):
         rows, curves = self.rows, fit_of(self.scenario).curves or ()
         names = np.array([curve.estimator for curve in curves])[rows.curve]
         groups = []
-        for level in range(len(self.levels[0])):
+        for level in range(self.levels[0].shape[1]):
             for i, ratio in enumerate(RATIOS):
                 for name in ESTIMATORS:
                     here = (self.levels[1] == level) & (rows.ratio == i) & (names == name)
@@ -268,13 +278,12 @@ class SpectrumModel(CurveModel):
         """The base motions of all levels, each with seeds of its own."""
         excitation = self.scenario.excitation
         assert isinstance(excitation, RandomMotion), "the base motion has a spectrum"
-        signals, seed = [], excitation.seed
-        for level in self.levels[0].tolist():
-            motions = []
-            for _ in range(self.seeds):
+        signals = []
+        for index, level in self.levels[0].T.tolist():
+            motions, first = [], excitation.seed + self.seeds * int(index)
+            for seed in range(first, first + self.seeds):
                 of_seed = self.scenario.copy_with({"excitation": excitation.with_seed(seed)})
                 motions.append(scaled(base_motion(of_seed), level))
-                seed += 1
             steps = slice(self.points.start, self.points.stop - 1)
             means = np.array([base_means(each, each.dt, len(each.u_dd)) for each in motions])
             means = means[:, steps].reshape(self.seeds, -1, self.stride).mean(axis=2)
@@ -701,7 +710,7 @@ class SpectrumFit(CurveFit):
         model, times = self.model, self.components.times
         excitation = model.scenario.excitation
         assert isinstance(excitation, RandomMotion), "the base motion has a spectrum"
-        count = model.seeds * len(model.levels[0])
+        count = model.seeds * model.levels[0].shape[1]
         estimated = times[np.isnan(model.stated_times)]
         measured = None
         if len(estimated) and estimated[0] > LEAST_TIMES:
@@ -765,9 +774,9 @@ class SpectrumFit(CurveFit):
             solution.squares.solve(solution.x)
         ).values()
         residuals = difference[mask] / solution.squares.noise[CURVES]
-        is_wrong, curves = False, np.unique(rows.curve).tolist()
-        for curve in curves if len(curves) > 1 else ():
-            column = self.slope_by_level(curve)[mask]
+        is_wrong, together = False, curves_of_levels(self.model)
+        for curves in together:
+            column = self.slope_by_level(curves)[mask]
             column -= slopes @ (solution.covariance @ (slopes.T @ column))
             size = float(column @ column)
             if size == 0.0:
@@ -777,14 +786,14 @@ class SpectrumFit(CurveFit):
             is_wrong |= abs(change) > max(WRONG_LEVEL * deviation, LEAST_CHANGE)
         if not is_wrong:
             return ""
-        _, curve, factor = min(self.free_level(curve) for curve in curves)
+        _, curves, factor = min(self.free_level(curves) for curves in together)
         return (
-            f"the level of curves #{curve + 1} seems to be wrong: with {factor:.2g} times "
+            f"the level of {curve_names(curves)} seems to be wrong: with {factor:.2g} times "
             "the stated one all curves fit better"
         )
 
-    def free_level(self, curve: int) -> tuple[float, int, float]:
-        """Return cost, curve and factor of its level of the best fit with this level free."""
+    def free_level(self, curves: tuple[int, ...]) -> tuple[float, tuple[int, ...], float]:
+        """Return cost, curves and factor of their level of the best fit with it free."""
         trial = replace(self.trial, model=replace(self.model, seeds=LEVEL_SEEDS))
         bounds = [
             np.append(ends, np.log(10.0) * sign)
@@ -792,29 +801,22 @@ class SpectrumFit(CurveFit):
         ]
 
         def residuals(z: Floats) -> Floats:
-            other = with_level(trial, curve, float(np.exp(z[-1])))
+            other = with_level(trial, curves, float(np.exp(z[-1])))
             return other.residuals(other.solve(z[:-1]), other.all_samples)
 
         function = Differentiable(residuals, lambda z: None)
         start, step = np.append(self.solution.x, 0.0), SpectrumModel.slope_step
         z = minimise(function, start, step, (bounds[0], bounds[1]), LEVEL_CALLS, None, 1e-3)
-        return float(np.sum(residuals(z) ** 2)), curve, float(np.exp(z[-1]))
+        return float(np.sum(residuals(z) ** 2)), curves, float(np.exp(z[-1]))
 
-    def slope_by_level(self, curve: int) -> Floats:
-        """Return the derivative of the residuals by the logarithm of the level of a curve."""
+    def slope_by_level(self, curves: tuple[int, ...]) -> Floats:
+        """Return the derivative of the residuals by the logarithm of the level of curves."""
         model = self.model.short
         values = self.values[None]
         levels = (1.0, 1.0 + LEVEL_STEP)
-        rows = [with_level(self.trial, curve, factor).model for factor in levels]
+        rows = [with_level(self.trial, curves, factor).model for factor in levels]
         low, high = (model.channel(each.ratios(values)[0][0]) for each in rows)
         return np.asarray((high - low) / LEVEL_STEP / self.solution.squares.noise[CURVES])
-
-
-def with_level(squares: CurveSquares, curve: int, factor: float) -> CurveSquares:
-    """Return the residuals with another level of one curve."""
-    rows = squares.model.rows
-    rms = np.where(rows.curve == curve, factor * rows.rms, rows.rms)
-    return replace(squares, model=replace(squares.model, rows=rows._replace(rms=rms)))
 
 
 AGREE, ALIKE = 3.0, 1.05
