@@ -263,7 +263,7 @@ class SpectrumModel(CurveModel):
     def transforms(self, series: Floats) -> Complexes:
         """Return the transforms of series, shape (motions, n), as (lines, segments) of all."""
         n = round(self.segment / self.dt)
-        lines = segment_transforms(series, n, self.dt, False)[:, : len(self.frequencies)]
+        lines = segment_transforms(series, n, self.dt)[:, : len(self.frequencies)]
         joined: Complexes = np.moveaxis(lines, 0, 1).reshape(lines.shape[1], -1)
         return joined
 
