@@ -15,7 +15,7 @@ import drysim as package
 from drysim.metrics.comfort import averaging_gain, step_means
 from drysim.metrics.spectra import transfer_estimate
 from drysim.study.fit import read_model
-from drysim.study.fit_spectrum_curves import SpectrumModel
+from drysim.study.fit_spectrum_curves import Components, SpectrumModel
 from drysim.study.gallery import list_scenarios
 
 GALLERY = next(each.file for each in list_scenarios() if each.name == "fit-spectrum")
@@ -124,6 +124,13 @@ def test_a_stated_time_is_not_estimated(drysim, tmp_path):
     assert "the signal of `excitation`" in said.out
     assert "scatter " not in said.out
     assert drysim("run", "out/fitted.yaml", "--no-plots").code == 0
+
+
+def test_scatter_of_11_blocks_widens_as_student_s_t_of_10_degrees_of_freedom():
+    errors = np.ones((2, 11))
+    components = Components(np.zeros(2), np.ones(2), 0.0, np.ones(2), [(np.arange(2), errors)])
+    widening = components.widening(np.eye(2), np.zeros(2))
+    assert widening == pytest.approx(2.2281 / 1.9600, rel=1e-4)
 
 
 @pytest.mark.slow

@@ -531,7 +531,8 @@ class Components(NamedTuple):
         whole = scatter + (matrix**2) @ white
         # Blocks of one level tell the same for all its rows; the ratio of times is one for all.
         relative = self.times_variance / (1.0 + float(self.times.max())) ** 2
-        variance = scatter**2 * relative + 2.0 / BLOCKS * np.sum(np.square(parts), axis=0)
+        of_blocks = [2.0 / (errors.shape[1] - 1) for _, errors in self.scatter]
+        variance = scatter**2 * relative + of_blocks @ np.square(parts)
         freedom = 2.0 * whole**2 / np.maximum(variance, 1e-300)
         quantiles = [student_t(each) for each in np.maximum(freedom, LEAST_FREEDOM).tolist()]
         return np.array(quantiles) / NORMAL_95
