@@ -14,8 +14,9 @@ from twin import CURVE_KEYS, values_of, write_random_curves
 import drysim as package
 from drysim.metrics.comfort import averaging_gain, step_means
 from drysim.metrics.spectra import transfer_estimate
+from drysim.study import fit_spectrum_curves
 from drysim.study.fit import read_model
-from drysim.study.fit_spectrum_curves import Components, SpectrumModel
+from drysim.study.fit_spectrum_curves import Components, LocalModel, SpectrumModel
 from drysim.study.gallery import list_scenarios
 
 GALLERY = next(each.file for each in list_scenarios() if each.name == "fit-spectrum")
@@ -124,6 +125,38 @@ def test_a_stated_time_is_not_estimated(drysim, tmp_path):
     assert "the signal of `excitation`" in said.out
     assert "scatter " not in said.out
     assert drysim("run", "out/fitted.yaml", "--no-plots").code == 0
+
+
+def test_a_fit_that_does_not_settle_warns(monkeypatch):
+    monkeypatch.setattr(fit_spectrum_curves, "MAX_POLYNOMIALS", 1)
+    monkeypatch.setattr(fit_spectrum_curves, "FIRST_TAYLOR_STEP", 1e-3)
+    fewer = curves_of_gallery((0.6, 1.0, 1.8)) | {"excitation.seeds": 2}
+    result = package.fit(package.load(GALLERY, fewer), workers=1)
+    (warning,) = (each for each in result.warnings if each.slug == "starts-disagree")
+    assert "ended before its values had settled" in warning.sentence
+
+
+@pytest.mark.parametrize(
+    ("low", "centre", "high"),
+    [(0.0, 5.0, 1e4), (0.0, 1e-10, 1e4), (4.0, 5.0, 6.0), (4.0, 5.9, 6.0), (0.0, 70.0, 75.0)],
+)
+def test_points_of_a_polynomial_are_within_bounds_and_apart(monkeypatch, low, centre, high):
+    tried = []
+
+    def ratios(self, values):
+        tried.extend(values[:, 0].tolist())
+        return np.exp(values[:, :1] ** 2 / 1e3), values[:, :1]
+
+    curves = curves_of_gallery((0.6, 1.0, 1.8)) | {
+        "fit.free": {"friction.kinetic": {"from": low, "to": high}},
+        "oscillator.stiffness": 4500.0, "oscillator.damping": 300.0,
+    }  # fmt: skip
+    model = read_model(package.load(GALLERY, curves))
+    monkeypatch.setattr(SpectrumModel, "ratios", ratios)
+    local = LocalModel.about(model, np.array([centre]), np.array([50.0]))
+    assert len(tried) == 3
+    assert low <= min(tried) < max(tried) <= high
+    assert local.coefficients[2] == pytest.approx((local.size / 50.0) ** 2 * 2.5, rel=1e-3)
 
 
 def test_scatter_of_11_blocks_widens_as_student_s_t_of_10_degrees_of_freedom():

@@ -710,6 +710,7 @@ def likely_wrong_level(fitted: CurveFit) -> str:
     A common factor of all levels cannot be seen: it is that of the friction.
     """
     squares = fitted.solution.squares
+    assert isinstance(squares, CurveSquares), "curves are fitted"
     best, cause = MUCH_BETTER * squares.cost(fitted.solution.x), ""
     for curves, factor in product(curves_of_levels(fitted.model), LEVEL_FACTORS):
         cost, _ = with_level(squares, curves, factor).fine(fitted.solution.x)

@@ -630,13 +630,13 @@ class LocalModel(CurveModel):
         """Return the polynomial through ratios at steps of each value, and of each pair."""
         low, high = model.bounds
         unit, count = np.eye(len(centre)), len(centre)
-        # Both sides, as far as the bounds allow, or one side if a bound is too near.
-        up, down = (
-            np.minimum((high - centre) / size, 1.0),
-            np.minimum((centre - low) / size, 1.0),
-        )
-        first = np.where(up >= NEAREST, up, -down)
-        second = np.where((down >= NEAREST) & (first > 0.0), -down, 2.0 * first)
+        size = np.minimum(size, 0.5 * (high - low))
+        # Both sides, as far as the bounds allow, or the other side if a bound is too near.
+        up, down = (high - centre) / size, (centre - low) / size
+        far = np.where(up >= down, np.minimum(up, 2.0), -np.minimum(down, 2.0))
+        is_between = np.minimum(up, down) >= NEAREST
+        first = np.where(is_between, np.minimum(up, 1.0), 0.5 * far)
+        second = np.where(is_between, -np.minimum(down, 1.0), far)
         steps = [np.zeros(count), *(first[:, None] * unit), *(second[:, None] * unit)]
         steps += [
             first[i] * unit[i] + first[j] * unit[j] for i in range(count) for j in range(i)
@@ -673,6 +673,8 @@ class SpectrumFit(CurveFit):
     trial: CurveSquares
     """Residuals under one signal of each level, by which starts are compared."""
     components: Components
+    is_settled: bool
+    """Whether the solution is near the centre of its polynomial."""
 
     @cached_property
     def starts(self) -> tuple[int, int]:
@@ -769,8 +771,7 @@ class SpectrumFit(CurveFit):
         Each curve in turn has a level to be fitted, by linear least squares.
         """
         solution = self.solution
-        rows, mask = self.model.rows, solution.mask
-        slopes = solution.jacobian
+        mask, slopes = solution.mask, solution.jacobian
         (difference,) = solution.squares.differences(
             solution.squares.solve(solution.x)
         ).values()
@@ -872,11 +873,12 @@ def fit_spectrum_curves(
         weighted = model.with_rows(model.rows, components.rows)
         local = local.with_rows(model.rows, components.rows)
         solution = final_fit(replace(squares, model=local), x)
+        is_settled = bool(np.all(np.abs(x - centre) < step))
         fitted = SpectrumFit(
             model=weighted, first=replace(squares, model=weighted), ends=ends,
-            solution=solution, trial=trial, components=components,
+            solution=solution, trial=trial, components=components, is_settled=is_settled,
         ).with_solution(solution)  # fmt: skip
-        if np.all(np.abs(x - centre) < step):
+        if is_settled:
             break
         deviations = np.sqrt(np.diag(fitted.solution.robust_covariance))
         step = np.clip(TAYLOR_STEP * deviations / sizes(x), *TAYLOR_STEPS)

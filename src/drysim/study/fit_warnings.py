@@ -113,6 +113,12 @@ def fit_warnings(
             f"{many} to this solution: it may not be the best; give `start` values or bounds"
         )
         yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
+    elif isinstance(law_fit, SpectrumFit) and not law_fit.is_settled:
+        sentence = (
+            "the fit ended before its values had settled: there may be better ones; give "
+            "`start` values or bounds"
+        )
+        yield WarningMessage("starts-disagree", sentence, {"agree": agree, "starts": total})
     elif isinstance(law_fit, CurveFit) and (others := other_solution(law_fit, parameters)):
         sentence = (
             f"other values explain these curves as well, by the noise: {others}; the intervals "
