@@ -129,7 +129,7 @@ def random_curves(seed: int = RANDOM_SEED) -> str:
             "oscillator": {"mass": SEAT["m"], "stiffness": SEAT["k_x"], "damping": SEAT["b"]},
             "friction": {"kinetic": SEAT["F_fk"], "static": SEAT["F_fs"]},
             "excitation": RANDOM_BASE | {"rms": level, "seed": FIRST_TEST + i},
-            "solver": {"step": 4e-3},
+            "solver": {"step": 1e-3},
         }
         motion = drysim.run(drysim.scenario(scenario)).response
         for series in (motion.x_dd, motion.x_r):

@@ -168,14 +168,18 @@ def test_scatter_of_11_blocks_widens_as_student_s_t_of_10_degrees_of_freedom():
 
 @pytest.mark.slow
 def test_intervals_of_40_twins_hold_the_truth_in_88_percent_or_more(tmp_path):
-    held, errors = np.zeros(len(CURVE_KEYS)), []
+    held, errors, scores = np.zeros(len(CURVE_KEYS)), [], []
     for seed in range(40):
         true = write_random_curves(tmp_path, seed)
         result = package.fit(package.load(tmp_path / "twin.yaml"), workers=1)
         held += holds(result, true)
         errors.append(values_of(result)["friction.kinetic"] / true["friction.kinetic"] - 1.0)
+        stiffness = result.parameters[0]
+        width = stiffness.profile_high - stiffness.profile_low
+        scores.append((stiffness.value - true[stiffness.key]) / (width / 3.92))
     assert (held >= 35).all()
     assert np.sqrt(np.mean(np.square(errors))) < 0.02
+    assert abs(np.mean(scores)) < 0.5
 
 
 @pytest.mark.parametrize(

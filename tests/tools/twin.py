@@ -156,7 +156,7 @@ def write_random_curves(
         text = (
             f"oscillator: {{mass: {MASS}, stiffness: {k_x}, damping: {b}}}\n"
             f"friction: {{kinetic: {kinetic}, static_ratio: {ratio}}}\n"
-            f"excitation: {base}\nsolver: {{step: 5 ms}}\n"
+            f"excitation: {base}\nsolver: {{step: 1 ms}}\n"
         )
         response = drysim.run(drysim.scenario(text)).response
         for name, channel in (("T_a", response.x_dd), ("T_x", response.x_r)):
