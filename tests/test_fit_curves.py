@@ -12,6 +12,7 @@ from seat import rows_of
 from twin import CURVE_KEYS, values_of, write_curves
 
 import drysim as package
+from drysim.study.fit_curves import read_curves
 from drysim.study.gallery import list_scenarios
 from drysim.study.statistics import NORMAL_95
 
@@ -138,6 +139,22 @@ def test_rows_in_any_order_missing_cells_percent_and_decimal_commas_change_nothi
     (tmp_path / "lab.csv").write_text(text + "\n")
     other = fit_in(tmp_path)
     assert values_of(other) == pytest.approx(values_of(plain), rel=1e-4)
+
+
+def test_levels_below_each_other_in_one_column_are_told_apart_by_rows(tmp_path):
+    write_curves(tmp_path, 2, ("T_a",))
+    beside, _ = read_curves(load(tmp_path))
+    _, *lines = (tmp_path / "lab.csv").read_text().splitlines()
+    cells = [line.split(",") for line in lines]
+    levels = range(len(cells[0]) - 1)
+    rows = [f"L{i},{f},{ratios[i]}" for i in levels for f, *ratios in cells]
+    (tmp_path / "lab.csv").write_text("\n".join(["level,f [Hz],T_a", *rows]) + "\n")
+    edit(
+        tmp_path,
+        *((f"T_a: T_a{i}", f"T_a: T_a, rows: {{where: {{level: L{i}}}}}") for i in levels),
+    )
+    below, _ = read_curves(load(tmp_path))
+    assert all(map(np.array_equal, below, beside))
 
 
 def test_a_wrong_level_of_one_curve_is_named_and_one_of_all_scales_the_friction(tmp_path):
