@@ -133,6 +133,8 @@ def test_over_is_taken_where_a_sweep_is(drysim, seat, command):
         (["friction.kinetc=0,1"], "--over friction.kinetc=0,1: unknown key `friction.kinetc`"),
         (["friction.kinetic=0:5:2"], "friction.kinetic.to is not reached by steps of 2 N"),
         (["friction.kinetic=0:5 mm:1"], "`mm` is a unit of length, not force"),
+        (["friction.kinetic=0..60"], "`0..60` is not a number several are FROM:TO:STEP"),
+        (["friction.kinetic=0;10 N"], "`0;10 N` is not a number"),
         (["friction.kinetic=20"], "a single value `--set friction.kinetic=20` sets it"),
         (["friction.kinetic=0:1:}"], "this is not YAML"),
     ],

@@ -347,6 +347,7 @@ def overrides(
 def sweep_overrides(over: list[str]) -> Iterator[str]:
     """Yield the `--over` arguments as overrides: the first makes the sweep block."""
     from drysim.scenario.axes import FILE_KEY, SWEEP_KEY
+    from drysim.units import NUMBER_PATTERN, is_known_unit
     from drysim.yaml_document import OptionOverride
 
     keys: list[str] = []
@@ -359,7 +360,11 @@ def sweep_overrides(over: list[str]) -> Iterator[str]:
                 f"--over {word} {values_fault(text) if key else 'has no key'}", hint
             )
         if values == text and key != FILE_KEY and not text.startswith(("{", "[")):
-            hint = f"`--set {key}={text}` sets it; several are FROM:TO:STEP or A,B,..."
+            several = "several are FROM:TO:STEP or A,B,..."
+            number = NUMBER_PATTERN.match(text)
+            if number and (unit := text[number.end() :]) and not is_known_unit(unit):
+                raise UsageError(f"--over {word}: `{text}` is not a number", several)
+            hint = f"`--set {key}={text}` sets it; {several}"
             raise UsageError(f"--over {word} has a single value", hint)
         if key in keys:
             raise UsageError(f"--over names {key} twice", "give all its values at once")
