@@ -418,6 +418,9 @@ sweep:
     outline = np.concatenate([ends[0], ends[1][::-1]])
     assert result.share(SEVERAL) == pytest.approx(polygon_area(outline) / (80 * 4.5), rel=1e-6)
     (fold,) = folds[folds[:, 1] == 2.5, 0]
+    upper = over.replace("0.5", "2").replace("37", "33")
+    picture = drysim.map_regimes(load_text(tmp_path, text + upper)).plot()
+    assert "several stable motions" in [label.get_text() for label in picture.axes[0].texts]
     point = {"excitation.frequency": 2.5}
     found = drysim.branches(load_text(tmp_path, text, **point)).bifurcations
     values = [float(one.value) for one in found if one.kind == "fold"]

@@ -217,6 +217,12 @@ def write_labels(axes: Axes, result: RegimeMap) -> None:
         else:
             _, row, column = widest_place(region, 1.0)
             outside.append((row / (rows - 1), node(result, row, column), label, color))
+    for field, label in FIELD_LABELS.items():
+        parts = result.parts(field)
+        if parts and not (result.labels[field] == 1).any():  # narrower than a cell everywhere
+            x, y = max(parts, key=lambda patch: patch.area).points.mean(axis=0).tolist()
+            share = float(result.axes[1].share(y))
+            outside.append((share, (x, y), label, LINE_STYLES[field]["color"]))
     write_outside(axes, outside[:MAX_OUTSIDE])
 
 
