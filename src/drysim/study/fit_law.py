@@ -381,17 +381,17 @@ def fit_law(
     likely = [candidates[i] for i in order]
     if min(map(first.error, likely)) > USELESS:
         likely = likely[:1]  # no start is anywhere near
-    begun = []
+    part_ends = []
     for x in steps.map_in_order(first.over_parts, likely, np.array, shared):
-        begun.append(x)
+        part_ends.append(x)
         finished(1)
-    finished(MAX_STARTS - len(begun))
-    places = first_alike(begun)
-    distinct = sorted({*places})
+    finished(MAX_STARTS - len(part_ends))
+    indices = first_alike(part_ends)
+    distinct = sorted({*indices})
     fine = partial(first.fine, steps=STEPS)
-    ends = steps.map_in_order(fine, [begun[i] for i in distinct], restored_end, shared)
+    ends = steps.map_in_order(fine, [part_ends[i] for i in distinct], restored_end, shared)
     end_of = dict(zip(distinct, ends, strict=True))
-    followed = [end_of[place] for place in places]
+    followed = [end_of[i] for i in indices]
     _, x = min(followed, key=lambda pair: pair[0])
     solution = final_fit(first, x)
     keys = [key for key in model.fixed_start if key in model.scenario.unstated_start]
