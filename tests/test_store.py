@@ -17,11 +17,11 @@ import pytest
 from seat import SEAT, load_text
 
 from drysim.console import terminal
-from drysim.errors import OutputError
+from drysim.errors import OutputError, UsageError
 from drysim.study import sweep
 from drysim.study.plan import CaseRange, CaseRanges, Plan, approaches_of, solve_range
 from drysim.study.run import MotionCache
-from drysim.study.store import IDENTITY_FILE, Store, StoredBatches, work_identity
+from drysim.study.store import IDENTITY_FILE, Store, StoredBatches, is_resumable, work_identity
 from fuzz.mutate import damaged
 
 SWEEP = "sweep: {friction.kinetic: [10, 20, 30, 40, 50]}\n"
@@ -231,3 +231,16 @@ def test_spoiled_partial_is_resumed_to_the_very_same_table(drysim, tmp_path, mon
     tables = [tmp_path / name / "transmissibility.csv" for name in ("whole", "out")]
     assert tables[0].read_bytes() == tables[1].read_bytes()
     assert not (tmp_path / "out.partial").exists()
+
+
+def test_work_of_a_program_with_another_byte_is_not_resumed(tmp_path, monkeypatch):
+    scenario = load_text(tmp_path, STEADY)
+    program = tmp_path / "program"
+    (program / "study").mkdir(parents=True)
+    (program / "study" / "fit.py").write_text("TOLERANCE = 1e-10\n")
+    monkeypatch.setattr("drysim.study.store.drysim.__file__", str(program / "__init__.py"))
+    identity = work_identity(scenario)
+    Store(tmp_path / "cases", identity, resume=False)
+    (program / "study" / "fit.py").write_text("TOLERANCE = 1e-11\n")
+    with pytest.raises(UsageError, match="another scenario, record or version"):
+        is_resumable(tmp_path / "cases", work_identity(scenario))

@@ -595,9 +595,9 @@ def source_key() -> str:
     return hashlib.sha256(versions.encode()).hexdigest()[:16]
 
 
-def source_digest() -> str:
-    """Return the SHA-256 of the core's source (hex), which identifies the numerical results."""
+def source_digest(folder: Path = Path(__file__).parent) -> str:
+    """Return the SHA-256 of the source in a folder (hex), which identifies what it computes."""
     digest = hashlib.sha256()
-    for file in sorted(Path(__file__).parent.rglob("*.py")):
+    for file in sorted(folder.rglob("*.py")):
         digest.update(file.read_bytes())
     return digest.hexdigest()

@@ -266,10 +266,11 @@ def read_array(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
 
 
 def work_identity(scenario: Scenario) -> dict[str, Any]:
-    """Return the identity of a computation: hashes of scenario and files, version of drysim."""
+    """Return the identity of a computation: hashes of scenario, files and drysim's source."""
     content = json.dumps(scenario.resolved(), sort_keys=True)
     digest = hashlib.sha256(content.encode()).hexdigest()
-    program = {"drysim": drysim.__version__, "core": source_digest()}
+    package = Path(drysim.__file__).parent
+    program = {"drysim": drysim.__version__, "source": source_digest(package)}
     return program | {"scenario": digest, "files": file_hashes(scenario)}
 
 
