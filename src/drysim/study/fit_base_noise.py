@@ -277,13 +277,14 @@ def noise_shares(
     terms, wanted = terms.reshape(count + 1, -1).T, power.ravel()
     known = [1.0 if getattr(stated, name, None) else None for name in squares.model.compared]
     fixed = np.array([value is not None for value in (*known, base)])
-    shares = np.ones(count + 1)
+    shares, spread = np.ones(count + 1), np.zeros((count + 1, count + 1))
+    if fixed.all():
+        return shares, spread
     for _ in range(SCORINGS):
         expected = terms @ shares
         expected = np.maximum(expected, SMALLEST_SPECTRUM * expected.max())
         left = wanted - terms[:, fixed] @ shares[fixed]
         shares[~fixed] = nnls(terms[:, ~fixed] / expected[:, None], left / expected)[0]
     information = terms[:, ~fixed] / expected[:, None]
-    spread = np.zeros((count + 1, count + 1))
     spread[np.ix_(~fixed, ~fixed)] = np.linalg.pinv(information.T @ information)
     return shares, spread
