@@ -180,6 +180,13 @@ def test_curves_with_a_free_mass_give_ratios_only_and_the_fit_ends_soon(tmp_path
     scaled = {p.key for p in result.parameters if "only the ratios of" in p.note}
     assert {"oscillator.mass", "friction.kinetic"} <= scaled
     assert "state one of them" in result.draws.reason
+    edit(tmp_path, ("    oscillator.mass: {}\n", ""))
+    free, stated = (
+        next(p for p in fit.parameters if p.key == "friction.static_ratio")
+        for fit in (result, fit_in(tmp_path))
+    )
+    for end in ("profile_low", "profile_high"):
+        assert getattr(free, end) == pytest.approx(getattr(stated, end), rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -459,7 +459,11 @@ def profiles_of(
         return {}
     groups, every = law_fit.undetermined, range(len(law_fit.model.parameters))
     free = [j for j in every if not len(groups.get(j, ())) > 1]
-    determined = [j for j in free if j not in groups]
+    held: set[int] = set()
+    for group in dict.fromkeys(groups.values()):
+        # Without one of them the others are determined.
+        held |= {next((j for j in group if j not in held), group[0])}
+    determined = [j for j in every if j not in held]
     profile = partial(profile_of, law_fit.solution, determined)
     profiles = {}
     finished(len(every) - len(free))

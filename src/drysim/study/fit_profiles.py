@@ -204,17 +204,17 @@ def _profile_end(
 
 def _profile_point(solution: Solution, others: list[int], j: int, value: float) -> ProfilePoint:
     """Return the point of a profile at a value of one parameter, the others fitted."""
-    squares, x, variance = solution.squares, solution.x.copy(), solution.covariance[j, j]
+    squares, x = solution.squares, solution.x.copy()
     x[j] = value
 
     residuals = squares.over(solution.mask).of(x, others)
     best = x[others]
     if others:
         bounds = squares.bounds[0][others], squares.bounds[1][others]
-        starts = [best]
-        if variance > 0.0:  # where the motion jumps, the derivatives are rounding
-            slope = solution.covariance[others, j] / variance
-            starts.append(np.clip(best + slope * (value - solution.x[j]), *bounds))
+        slopes = solution.jacobian
+        change = -np.linalg.lstsq(slopes[:, others], slopes[:, j], rcond=None)[0]
+        # Where the motion jumps, the derivatives are rounding.
+        starts = [best, np.clip(best + change * (value - solution.x[j]), *bounds)]
         best = min(starts, key=lambda start: float(np.sum(residuals.value(start) ** 2)))
         best = minimise(residuals, best, DIFFERENCE, bounds, PROFILE_CALLS)
     rise = float(np.sum(residuals.value(best) ** 2)) - solution.sum_of_squares

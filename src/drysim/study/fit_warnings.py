@@ -136,7 +136,7 @@ def fit_warnings(
             sentence = (
                 f"the residuals of {name} are not white (correlation of neighbours "
                 f"{rho:.2f}{beside}): the intervals are too "
-                + (f"narrow, by a factor of about {factor}" if left > 0.0 else "wide")
+                + (f"narrow, by a factor of at least {factor}" if left > 0.0 else "wide")
             )
             yield WarningMessage("residuals-not-white", sentence, {"correlation": rho})
 
