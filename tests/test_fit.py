@@ -154,11 +154,13 @@ def test_static_ratio_at_its_end_of_1_comes_back(tmp_path):
     assert only(result, "at-bound") == "friction.static_ratio ends at 1, its least value"
 
 
-def test_uncertainty_in_percent_is_left_out_of_a_value_that_may_be_zero():
+def test_uncertainty_in_percent_is_left_out_where_it_would_mislead():
     at = Parameter("start.v_r", "m/s", 0.2, 0.01, 0.18, 0.22, 0.18, 0.22)
     assert describe_interval(at) == "95 %: 0.18 to 0.22 (±10 %)"
     at = at._replace(low=-0.1, high=0.5, profile_low=-0.1, profile_high=0.5)
     assert describe_interval(at) == "95 %: -0.1 to 0.5"
+    at = at._replace(low=0.199, high=0.22, profile_low=0.199, profile_high=0.22)
+    assert describe_interval(at) == "95 %: 0.199 to 0.22"
 
 
 @pytest.mark.parametrize("ratio", [1.12, 1.47, 2.2, 7.7])

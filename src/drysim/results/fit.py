@@ -208,13 +208,24 @@ def metric_rows(result: FitResult) -> Iterator[Row]:
             unknown = ""
             continue
         shown, interval = format_with_interval(name, value, low, high)
-        share = max(value - low, high - value) / (abs(value) or 1.0)
-        accuracy = f" (±{format_number(100.0 * share, '%', 2)})" if EXACT < share < 1.0 else ""
-        yield Row(
-            label_of(name),
-            shown,
-            "to rounding" if share < EXACT else f"95 %: {interval}{accuracy}",
-        )
+        remark = _with_accuracy(f"95 %: {interval}", value, low, high)
+        yield Row(label_of(name), shown, remark)
+
+
+MAX_LOPSIDED = 2.0
+"""Ratio of the two sides of an interval beyond which one ± would mislead."""
+
+
+def _with_accuracy(interval: str, value: float, low: float, high: float) -> str:
+    """Return an interval with its half-width relative to the value, where that says enough."""
+    small, large = sorted((value - low, high - value))
+    share = large / (abs(value) or 1.0)
+    if share < EXACT:
+        return "to rounding"
+    # A share of a value that may be zero means nothing.
+    if share >= 1.0 or large > MAX_LOPSIDED * small:
+        return interval
+    return f"{interval} (±{format_number(100.0 * share, '%', 2)})"
 
 
 def format_fitted(parameter: Parameter, value: float) -> str:
@@ -240,14 +251,9 @@ def describe_interval(parameter: Parameter) -> str:
         return f"95 %: {interval}"
     if parameter.profile_low is None or parameter.profile_high is None:
         return f"95 %: {interval}"
-    share = max(
-        parameter.value - parameter.profile_low, parameter.profile_high - parameter.value
-    ) / abs(parameter.value)
-    if share < EXACT:
-        return "to rounding"
-    if share >= 1.0:  # a share of a value that may be zero means nothing
-        return f"95 %: {interval}"
-    return f"95 %: {interval} (±{format_number(100.0 * share, '%', 2)})"
+    return _with_accuracy(
+        f"95 %: {interval}", parameter.value, parameter.profile_low, parameter.profile_high
+    )
 
 
 def quality_rows(result: FitResult) -> Iterator[Row]:
