@@ -382,6 +382,8 @@ class TestOptions:
             ("", {"friction.law": "lugre",
                   "sweep": {"friction.lugre.bristle_damping": [1, 2]}},
              "did you mean `friction.bristle_damping`?"),
+            ("dahl", {"friction.dahl": None},
+             "law dahl needs friction.dahl.bristle_stiffness [N/m]: give it in a block"),
             ("petrov-ewins", {},
              "law petrov-ewins needs friction.petrov-ewins.mu_kinetic [-], "
              "friction.petrov-ewins.normal [N] and "

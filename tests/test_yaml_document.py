@@ -147,6 +147,7 @@ def test_what_is_no_file_of_a_scenario_is_refused_with_a_remedy(tmp_path):
     assert refusal(tmp_path / "no" / "seat.yaml") == "no such file"
     (tmp_path / "link.yaml").symlink_to("moved.yaml")
     assert refusal(tmp_path / "link.yaml") == "no such file: broken symbolic link"
+    assert refusal(tmp_path / "*.yml") == "no such file: no file has a name of this pattern"
     os.mkfifo(tmp_path / "pipe")
     assert refusal(tmp_path / "pipe") == "this is a pipe; name a file"
     assert refusal("/dev/zero") == "this is a device; name a file"

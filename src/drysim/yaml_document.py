@@ -264,6 +264,8 @@ def read_bytes(path: Path) -> bytes:
         raise here.unreadable(f"this is {other}{inside}") from None
     except FileNotFoundError:
         why = ": broken symbolic link" if path.is_symlink() else _suggest_file(path)
+        if "*" in path.name:
+            why = ": no file has a name of this pattern"
         raise here.unreadable(f"no such file{why}") from None
     except (OSError, ValueError) as fault:
         reason = getattr(fault, "strerror", None) or str(fault)

@@ -126,7 +126,7 @@ def law_faults(friction: Friction | None, name: str) -> Iterator[tuple[str, str]
         yield "friction", f"law {name} needs a friction block; this scenario has none"
         return
     if needed := _missing_keys(friction, name):
-        remedy = f"give them in a block `{name}` in friction"
+        remedy = f"give {'it' if len(needed) == 1 else 'them'} in a block `{name}` in friction"
         yield "friction", f"law {name} needs {join_words(needed)}: {remedy}"
         return
     try:
