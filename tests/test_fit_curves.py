@@ -172,6 +172,26 @@ def test_a_wrong_level_of_one_curve_is_named_and_one_of_all_scales_the_friction(
     )
 
 
+@pytest.mark.parametrize(
+    ("exchanged", "cause"),
+    [
+        ("columns", "T_a and T_x of curves #1, #2 and #3 seem to be exchanged"),
+        ("levels", "the levels of curves #1 and #3 seem to be exchanged"),
+        ("all", "check levels, columns and units of the curves"),
+    ],
+)
+def test_exchanged_columns_or_levels_are_named_and_no_factor(tmp_path, exchanged, cause):
+    write_curves(tmp_path, 2)
+    first, _, third = [curve.rms for curve in load(tmp_path).fit.curves]
+    if exchanged != "levels":
+        names = [(f"T_a: T_a{i}, T_x: T_x{i}", f"T_a: T_x{i}, T_x: T_a{i}") for i in range(3)]
+        edit(tmp_path, *names)
+    if exchanged != "columns":
+        edit(tmp_path, (f"{first}}}", "9}"), (f"{third}}}", f"{first}}}"), ("9}", f"{third}}}"))
+    named = next(w for w in fit_in(tmp_path).warnings if w.slug == "bad-fit")
+    assert named.sentence.endswith(cause)
+
+
 def test_curves_with_a_free_mass_give_ratios_only_and_the_fit_ends_soon(tmp_path):
     write_curves(tmp_path, 2, ("T_a",))
     edit(tmp_path, ("free:\n", "free:\n    oscillator.mass: {}\n"))

@@ -23,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import combinations, product
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -108,6 +108,10 @@ taken for the amplitude or the other way round, g for m/s², and small ones."""
 
 MUCH_BETTER = 0.6
 """Ratio of the sums of squares from which another level explains the curves."""
+
+GOOD_FIT, STARTS_TRIED = 0.1, 2
+"""Relative error of curves that are explained, RMS without their worst tenth; and starts that
+are followed where a fault has led the fit far away."""
 
 STATICS_FOLLOWED = 3
 """Number of changed static limits from which all values are fitted again."""
@@ -418,6 +422,14 @@ class CurveSquares(LeastSquares):
         end = self.model.tolerance
         return minimise(function, x, SLOPE_STEP, self.bounds, FINAL_CALLS, robust, end)
 
+    def relative_error(self, x: Floats) -> float:
+        """Return the relative error of the ratios, RMS without the worst tenth."""
+        rows = self.model.rows
+        ratios, _ = self.model.ratios((x * self.scale)[None])
+        size = np.maximum(rows.measured, rows.rounding)
+        errors = np.sort(np.abs(ratios[0] - rows.measured) / size)
+        return rms(errors[: max(1, round(0.9 * len(errors)))])
+
 
 @dataclass(frozen=True, eq=False)
 class CurveFit(LawFit):
@@ -704,23 +716,49 @@ def best_static(squares: CurveSquares, x: Floats) -> Floats:
     return x
 
 
-def likely_wrong_level(fitted: CurveFit) -> str:
-    """Return which level seems to be wrong if the others explain the curves much better.
+def likely_fault(fitted: CurveFit) -> str:
+    """Return what seems to be wrong if the curves fit well, and much better, without it.
 
     A common factor of all levels cannot be seen: it is that of the friction.
     """
     squares = fitted.solution.squares
     assert isinstance(squares, CurveSquares), "curves are fitted"
     best, cause = MUCH_BETTER * squares.cost(fitted.solution.x), ""
-    for curves, factor in product(curves_of_levels(fitted.model), LEVEL_FACTORS):
-        cost, _ = with_level(squares, curves, factor).fine(fitted.solution.x)
-        if cost < best:
-            best = cost
-            cause = (
-                f"the level of {curve_names(curves)} seems to be wrong: with {factor:.3g} "
-                "times the stated one all curves fit much better"
-            )
+    for fault, rows, is_far in possible_faults(fitted.model):
+        other = replace(squares, model=replace(fitted.model, rows=rows))
+        starts = [fitted.solution.x]
+        if is_far:
+            starts = [start / squares.scale for start in other.model.starts()[:STARTS_TRIED]]
+        for start in starts:
+            cost, x = other.fine(start)
+            if cost < best and other.relative_error(x) < GOOD_FIT:
+                best, cause = cost, fault
     return cause
+
+
+def possible_faults(model: CurveModel) -> Iterator[tuple[str, CurveRows, bool]]:
+    """Yield usual faults of curves in words, the rows without it, and if the values are far."""
+    rows = model.rows
+    for curves, factor in product(curves_of_levels(model), LEVEL_FACTORS):
+        fault = (
+            f"the level of {curve_names(curves)} seems to be wrong: with {factor:.3g} times "
+            "the stated one all curves fit much better"
+        )
+        level = np.where(np.isin(rows.curve, curves), factor * rows.rms, rows.rms)
+        yield fault, rows._replace(rms=level), False
+    block = fit_of(model.scenario).curves or ()
+    for i, j in combinations(range(len(block)), 2):
+        fault = f"the levels of {curve_names((i, j))} seem to be exchanged"
+        level = rows.rms.copy()
+        for curve, other in ((i, j), (j, i)):
+            here = rows.curve == curve
+            level[here] = block[other].base_rms(rows.frequency[here])
+        yield fault, rows._replace(rms=level), True
+    every = tuple(range(len(block)))
+    for curves in sorted({every, *((i,) for i in every)}):
+        fault = f"T_a and T_x of {curve_names(curves)} seem to be exchanged"
+        ratio = np.where(np.isin(rows.curve, curves), 1 - rows.ratio, rows.ratio)
+        yield fault, rows._replace(ratio=ratio), True
 
 
 def curves_of_levels(model: CurveModel) -> list[tuple[int, ...]]:

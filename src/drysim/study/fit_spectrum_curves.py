@@ -106,6 +106,9 @@ WRONG_LEVEL, LEAST_CHANGE = 4.0, 0.05
 LEVEL_SEEDS, LEVEL_CALLS = 2, 12
 """Signals and evaluations of the fits that tell which level it is, and by what factor."""
 
+GOOD_FIT = 0.2
+"""Relative error of curves explained, under few signals: RMS without the worst tenth."""
+
 LEAST_FREEDOM = 5.0
 """Least degrees of freedom of a variance."""
 
@@ -788,14 +791,18 @@ class SpectrumFit(CurveFit):
             is_wrong |= abs(change) > max(WRONG_LEVEL * deviation, LEAST_CHANGE)
         if not is_wrong:
             return ""
-        _, curves, factor = min(self.free_level(curves) for curves in together)
+        _, error, curves, factor = min(self.free_level(curves) for curves in together)
+        if error > GOOD_FIT:
+            return ""
         return (
             f"the level of {curve_names(curves)} seems to be wrong: with {factor:.2g} times "
             "the stated one all curves fit better"
         )
 
-    def free_level(self, curves: tuple[int, ...]) -> tuple[float, tuple[int, ...], float]:
-        """Return cost, curves and factor of their level of the best fit with it free."""
+    def free_level(
+        self, curves: tuple[int, ...]
+    ) -> tuple[float, float, tuple[int, ...], float]:
+        """Return cost and error of the best fit with a free level, its curves and factor."""
         trial = replace(self.trial, model=replace(self.model, seeds=LEVEL_SEEDS))
         bounds = [
             np.append(ends, np.log(10.0) * sign)
@@ -809,7 +816,9 @@ class SpectrumFit(CurveFit):
         function = Differentiable(residuals, lambda z: None)
         start, step = np.append(self.solution.x, 0.0), SpectrumModel.slope_step
         z = minimise(function, start, step, (bounds[0], bounds[1]), LEVEL_CALLS, None, 1e-3)
-        return float(np.sum(residuals(z) ** 2)), curves, float(np.exp(z[-1]))
+        factor = float(np.exp(z[-1]))
+        error = with_level(trial, curves, factor).relative_error(z[:-1])
+        return float(np.sum(residuals(z) ** 2)), error, curves, factor
 
     def slope_by_level(self, curves: tuple[int, ...]) -> Floats:
         """Return the derivative of the residuals by the logarithm of the level of curves."""

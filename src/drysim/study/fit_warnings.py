@@ -11,7 +11,8 @@ from drysim.core.model import Floats, Samples
 from drysim.errors import WarningMessage
 from drysim.records.warnings import STANDARD_GRAVITY
 from drysim.scenario.fit import DELAY_KEY, FreeKey
-from drysim.study.fit_curves import CURVES, CurveFit, likely_wrong_level
+from drysim.study import fit_curves
+from drysim.study.fit_curves import CURVES, CurveFit
 from drysim.study.fit_law import (
     EXACT,
     START_WRONG,
@@ -166,7 +167,7 @@ def cause_of_bad_fit(law_fit: LawFit, of_records: Sequence[WarningMessage]) -> s
         return law_fit.wrong_level or UNKNOWN_FAULT_OF_CURVES * is_bad
     if isinstance(law_fit, CurveFit):
         is_white = abs(white_score(law_fit, CURVES)) <= WHITE
-        cause = "" if is_white or law_fit.error < EXACT else likely_wrong_level(law_fit)
+        cause = "" if is_white or law_fit.error < EXACT else fit_curves.likely_fault(law_fit)
         return cause or UNKNOWN_FAULT_OF_CURVES * is_bad
     if is_noise(law_fit.solution, FAULT_MARGIN):
         return ""
