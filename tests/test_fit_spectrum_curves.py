@@ -167,6 +167,7 @@ def test_scatter_of_11_blocks_widens_as_student_s_t_of_10_degrees_of_freedom():
 
 
 @pytest.mark.slow
+@pytest.mark.by_hand
 def test_intervals_of_40_twins_hold_the_truth_in_88_percent_or_more(tmp_path):
     held, errors, scores = np.zeros(len(CURVE_KEYS)), [], []
     for seed in range(40):
