@@ -421,7 +421,8 @@ def fit_law(
 def first_alike(points: Sequence[Floats]) -> list[int]:
     """Return the index of the first of the scaled parameters that each of them repeats.
 
-    Those of starts that met in the parts of a record differ by rounding.
+    Starts that met in the parts of a record lead on to the same solution; they differ by less
+    than the last step of the derivatives.
     """
     return [
         next(i for i, y in enumerate(points) if np.all(np.abs(x - y) <= STEPS[-1] * sizes(y)))
