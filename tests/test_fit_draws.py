@@ -554,7 +554,7 @@ def test_static_limit_that_the_samples_between_events_leave_open_is_not_taken_as
 @pytest.mark.slow
 @pytest.mark.by_hand
 @pytest.mark.parametrize("base_noise", [0.0, 0.013])
-def test_intervals_hold_the_truth_in_nine_of_ten_twins(tmp_path, base_noise):
+def test_intervals_hold_the_truth_in_95_percent_of_twins(tmp_path, base_noise):
     twins = [twin_intervals(tmp_path, seed, base_noise) for seed in range(1000, 1300)]
     for name in ("T_a", "SEAT", "x_r_peak", *FOUR):
         shares = [
@@ -562,8 +562,7 @@ def test_intervals_hold_the_truth_in_nine_of_ten_twins(tmp_path, base_noise):
             for width in (1.0, 0.7)
         ]
         print(f"{name:22} {shares[0]:.3f}, at 0.7 of the width {shares[1]:.3f}")
-        # 95 % are meant. Where an event more or less explains the record as well, a value may
-        # be farther away than its interval says.
-        assert shares[0] >= 0.88
-        assert shares[1] < 0.9
-        assert name == "friction.static_ratio" or shares[0] <= 0.98
+        # The motion falls short: of 200 twins SEAT held 92 %, the peak stroke 90.5 %.
+        assert shares[0] >= 0.93
+        assert shares[1] < 0.93
+        assert name.startswith("friction") or shares[0] <= 0.97
