@@ -195,11 +195,27 @@ def test_fit_is_reported(drysim, tmp_path):
     assert drysim("init", "fit-decay").code == 0
     assert drysim("fit", "fit-decay.yaml", "--report", "--quiet", "-o", "out").code == 0
     fitted = Page(Path("out/report.html").read_text("utf-8"))
-    assert meaning("friction.kinetic") in fitted.text
+    assert "Kinetic friction force F_fk" in fitted.text
+    assert meaning("friction.kinetic") not in fitted.text
     assert meaning("95 %", FIT) in fitted.text
+    assert meaning("at", FIT) not in fitted.text  # of fits to curves
     assert "starting points led to this solution" in fitted.text
     assert fitted.tags.count("img") == 2
     assert drysim("report", "out").code == 0
+
+
+@pytest.mark.parametrize(
+    ("key", "noun"),
+    [
+        ("oscillator.stiffness", "Spring stiffness k_x"),
+        ("oscillator.damping.extension", "Damping of v_r > 0"),
+        ("friction.static_ratio", "Static ratio F_fs/F_fk"),
+        ("friction.exponent", "Exponent δ of the Stribeck curve"),
+        ("fit.measured.delay", "Time by which the measured response lags the base motion"),
+    ],
+)
+def test_a_fitted_key_is_what_its_help_text_begins_with(key, noun):
+    assert report.noun_of_key(key) == noun
 
 
 BARE_STUDY = """design:

@@ -157,8 +157,8 @@ class FrictionLimits(KineticForce):
     static: Force | None = None
     """Static limit F_fs [N], at least the kinetic force; default: equal to it."""
     static_ratio: StaticRatio | None = None
-    """F_fs/F_fk [-], at least 1, in place of `static`; default 1; or `{from, to}` in a run or
-    sweep."""
+    """Static ratio F_fs/F_fk [-], at least 1, in place of `static`; default 1; or `{from, to}`
+    in a run or sweep."""
     mu_static: Coefficient | None = None
     """Coefficient of static friction [-], at least that of kinetic friction."""
 
@@ -633,8 +633,9 @@ class Leuven(BristleLaw):
     law: Literal["leuven"]
     """Leuven friction."""
     hysteresis_ratio: Annotated[float, Quantity("", above=1)] = 2.0
-    """F_∞/F_fs [-], above 1: asymptotic force of the bristles over the static limit; default 2.
-    The larger it is, the narrower the hysteresis loops; the limit is elastic."""
+    """Hysteresis ratio F_∞/F_fs [-], above 1: asymptotic force of the bristles over the static
+    limit; default 2. The larger it is, the narrower the hysteresis loops; the limit is
+    elastic."""
     transition: Annotated[float, Quantity("", at_least=0.5, below=20)] = 1.0
     """Exponent n [-] of the transition to sliding, from 0.5 to below 20; default 1. The larger
     it is, the later the bristles yield. For 1, 2 and 3 the Taylor series converge at zero

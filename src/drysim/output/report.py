@@ -25,7 +25,7 @@ import drysim
 from drysim.approach import EXACT
 from drysim.console.summary import MAX_ALIKE, check_mark
 from drysim.errors import EXIT_INTERRUPTED, DrysimError, OutputError
-from drysim.manual.words import APPROACH, TERMS, WARNING, entries, explain
+from drysim.manual.words import APPROACH, KEY, TERMS, WARNING, entries, explain
 from drysim.metrics.table import ABOUT_SAMPLES, METRICS_BY_NAME, PEAK_STROKE
 from drysim.output.folder import (
     AGAIN_HINT,
@@ -175,7 +175,7 @@ def page(fields: Fields, folder: Path, notes: Sequence[Note] = (), plots: bool =
         is_sheet=kind.is_sheet,
         has_model=has_model,
         symbols=[
-            (symbol, meanings(symbol.partition(",")[0]))
+            (symbol, explain(symbol.partition(",")[0])[0].text)
             for symbol in (*MODEL_SYMBOLS, *SYMBOLS)
             if has_model or symbol in symbols_of_samples(fields)
         ],
@@ -403,11 +403,11 @@ def lost_rows(fields: Fields, summary: Summary) -> Iterator[Row]:
 
 
 def meaning_of_row(row: Row, fields: Fields) -> str:
-    """Return the meaning of the metric or of the fitted key of a row; empty for another."""
+    """Return the meaning of a metric, or what a fitted key is; empty for another row."""
     keys = [parameter["key"] for parameter in fields.get("fit", {}).get("parameters", ())]
     of_key = {short_key(key, keys): key for key in keys}
     if row.label in of_key:
-        return meanings(of_key[row.label])
+        return noun_of_key(of_key[row.label])
     return meaning_of_metric(TERMS.get(row.label, row.label), "assess" in fields)
 
 
@@ -418,8 +418,13 @@ def legend(rows: Sequence[Row], kind: str) -> list[tuple[str, str]]:
     return [
         (entry.word, entry.text)
         for entry in entries()
-        if entry.kind == kind and (entry.word in names or entry.word in text)
+        if entry.kind == kind and (entry.word in names or is_term_in(text, entry.word))
     ]
+
+
+def is_term_in(text: str, word: str) -> bool:
+    """Return whether a word of the glossary is in a text; `at` is one as a label only."""
+    return word != "at" and re.search(rf"(?<!\w){re.escape(word)}(?!\w)", text) is not None
 
 
 def symbols_of_samples(fields: Fields) -> set[str]:
@@ -439,6 +444,12 @@ def meanings(word: str, kind: str = "") -> str:
     """Return what `drysim explain` says about a word, or about a word of that kind."""
     texts = (entry.text for entry in explain(word) if kind in ("", entry.kind))
     return " ".join(dict.fromkeys(texts))
+
+
+def noun_of_key(key: str) -> str:
+    """Return the noun and symbol with which the meaning of a key begins."""
+    text = next((entry.text for entry in explain(key) if entry.kind == KEY), "")
+    return re.split(r"[.,;:](?:\s|$)", text)[0]
 
 
 def warnings_by_slug(fields: Fields) -> Iterator[tuple[str, str, list[str], int]]:
