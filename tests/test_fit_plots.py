@@ -231,7 +231,11 @@ def test_fit_that_is_better_than_the_solution_is_within_the_picture(decay):
     rise = first.rise.copy()
     rise[0] = -3.0
     lower = replace(decay, profiles=(first._replace(rise=rise), *others))
-    assert draw_profiles(lower).axes[0].get_ylim()[0] < -3.0
+    panel = draw_profiles(lower).axes[0]
+    assert panel.get_ylim()[0] < -3.0
+    values, dots = labelled(panel, "fit with this value fixed").get_data()
+    assert dots.tolist() == rise.tolist()
+    assert np.interp(values, *labelled(panel, "profile").get_data()) == pytest.approx(rise)
 
 
 def test_value_with_an_end_but_no_deviation_shows_its_end(decay):

@@ -31,6 +31,7 @@ from drysim.plots.response import (
 from drysim.plots.style import KeyLabel, Style, plotted, set_axis, set_title, spans_decade
 from drysim.plots.sweep import COLORMAP_END, MARKERS
 from drysim.scenario.fit import CHANNEL_UNITS
+from drysim.scenario.model import STATIC_PATHS
 from drysim.scenario.text import short_key
 from drysim.study.fit import FitResult, Profile, format_profile_interval
 from drysim.study.fit_curves import FittedCurve
@@ -500,6 +501,9 @@ def draw_profiles(result: FitResult, ax: Axes | None = None) -> Figure:
         and (parameter.deviation or 0.0) > EXACT * abs(parameter.value)
     ]
     notes = [parameter for parameter in parameters if parameter not in drawn]
+    label = "95 % interval by the profile"
+    if not result.curves and any(p.key.startswith(STATIC_PATHS) for p in drawn):
+        label += ", of a static limit also by the samples between events"
     columns = min(len(parameters), PROFILE_COLUMNS)
     upper, lower = ceil(len(drawn) / columns), ceil(len(notes) / columns)
     heights = [PROFILE_HEIGHT] * upper + [NOTE_HEIGHT] * lower
@@ -510,7 +514,7 @@ def draw_profiles(result: FitResult, ax: Axes | None = None) -> Figure:
         axes = ax or figure.add_subplot(grid[i // columns, i % columns])
         profile = profiles[parameter.key]
         profile = profile._replace(values=parameter.scale * profile.values)
-        draw_profile(axes, parameter.displayed, profile, i % columns == 0)
+        draw_profile(axes, parameter.displayed, profile, label, i % columns == 0)
     for i, parameter in enumerate(notes):
         axes = ax or figure.add_subplot(grid[upper + i // columns, i % columns])
         exact = "exact to rounding: the record has no noise"
@@ -551,8 +555,13 @@ def draw_note(axes: Axes, note: str) -> None:
     axes.text(0.0, 0.95, text, size=9, va="top", transform=axes.transAxes)
 
 
-def draw_profile(axes: Axes, parameter: Parameter, profile: Profile, first: bool) -> None:
-    """Draw the rise of the sum of squares over one parameter, and its prediction."""
+def draw_profile(
+    axes: Axes, parameter: Parameter, profile: Profile, label: str, first: bool
+) -> None:
+    """Draw the rise of the sum of squares over one parameter, and its prediction.
+
+    `label` is that of the interval.
+    """
     deviation = parameter.deviation or 0.0
     half = NORMAL_95 * deviation
     low, high = (
@@ -568,13 +577,13 @@ def draw_profile(axes: Axes, parameter: Parameter, profile: Profile, first: bool
     axes.axvspan(
         left if parameter.profile_low is None else low,
         right if parameter.profile_high is None else high,
-        **INTERVAL_STYLE, label="95 % interval by the profile",
+        **INTERVAL_STYLE, label=label,
     )  # fmt: skip
     axes.plot(
         x, ((x - parameter.value) / deviation) ** 2, **LINEAR_STYLE,
         label="parabola of the linear interval", zorder=2.2,
     )  # fmt: skip
-    axes.plot(*profile_curve(parameter, profile, x), **MASS_STYLE, label="profile")
+    axes.plot(*profile_curve(profile, x), **MASS_STYLE, label="profile")
     axes.plot(
         profile.values, profile.rise, color=MASS_STYLE["color"], linestyle="none", marker="o",
         markersize=5, label="fit with this value fixed",
@@ -590,8 +599,11 @@ def draw_profile(axes: Axes, parameter: Parameter, profile: Profile, first: bool
         axes.set_ylabel("rise / noise variance [–]")
 
 
-def profile_curve(parameter: Parameter, profile: Profile, x: Floats) -> tuple[Floats, Floats]:
-    """Return the profile between its points: its root, which is nearly linear, interpolated."""
-    root = np.sign(profile.values - parameter.value) * np.sqrt(np.maximum(profile.rise, 0.0))
-    inside = x[(x >= profile.values.min()) & (x <= profile.values.max())]
-    return inside, np.interp(inside, profile.values, root) ** 2
+def profile_curve(profile: Profile, x: Floats) -> tuple[Floats, Floats]:
+    """Return the profile through its points: its root, which is nearly linear, interpolated."""
+    values, lowest = profile.values, int(profile.rise.argmin())
+    least = float(profile.rise[lowest])
+    root = np.sign(values - values[lowest]) * np.sqrt(profile.rise - least)
+    x = np.sort(np.concatenate([x, values]))
+    inside = x[(x >= values.min()) & (x <= values.max())]
+    return inside, least + np.interp(inside, values, root) ** 2

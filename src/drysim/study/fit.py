@@ -139,7 +139,12 @@ BLOCKS = 20
 
 
 class Profile(NamedTuple):
-    """Rise of the sum of squares, in noise variances, over the values of one parameter."""
+    """Rise of the sum of squares, in noise variances, over the values of one parameter.
+
+    It is that above the solution, from which the interval follows: negative where a fit with
+    this value fixed is better. Of a static limit over all samples it is that above the lowest
+    point.
+    """
 
     key: str
     values: Floats
@@ -523,8 +528,7 @@ def describe_fit(
 
     `metrics` are those of the fitted motion, as far as they are needed.
     """
-    model, scale = law_fit.model, law_fit.first.scale
-    parameters = tuple(intervals(law_fit, profiles))
+    model, parameters = law_fit.model, tuple(intervals(law_fit, profiles))
     scenario = fitted_scenario(law_fit)
     metrics = {
         **metrics,
@@ -550,15 +554,7 @@ def describe_fit(
         channels=law_fit.channels,
         laws=scores,
         starts=law_fit.starts,
-        profiles=tuple(
-            Profile(
-                model.parameters[j].key,
-                np.array([point.value for point in profile.points]) * scale[j],
-                np.array([point.rise for point in profile.points])
-                - min(point.rise for point in profile.points),
-            )
-            for j, profile in profiles.items()
-        ),
+        profiles=tuple(shown_profile(law_fit, j, profile) for j, profile in profiles.items()),
         draws=draws,
         metrics=metrics,
         base_noise=law_fit.base_noise,
@@ -571,6 +567,15 @@ def describe_fit(
             *draws_warnings(draws),
         ),
     )
+
+
+def shown_profile(law_fit: LawFit, j: int, profile: ParameterProfile) -> Profile:
+    """Return the profile of a parameter in its unit."""
+    key = law_fit.model.parameters[j].key
+    values, rise = np.array([(point.value, point.rise) for point in profile.points]).T
+    if key.startswith(STATIC_PATHS) and law_fit.first.leaves_out_events:
+        rise = rise - rise.min()
+    return Profile(key, values * law_fit.first.scale[j], rise)
 
 
 def intervals(law_fit: LawFit, profiles: Mapping[int, ParameterProfile]) -> Iterator[Parameter]:
