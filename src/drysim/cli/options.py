@@ -107,13 +107,13 @@ Out = Annotated[
         "-o",
         metavar="DIR",
         help="Output folder, or of several scenarios the one above theirs; default: "
-        "out/<name>.",
+        "`out/<name>`.",
     ),
 ]
 NamedOut = Annotated[
     Path | None,
     typer.Option(
-        "--out", "-o", metavar="DIR", help="Output folder; default: out/<name>-<command>."
+        "--out", "-o", metavar="DIR", help="Output folder; default: `out/<name>-<command>`."
     ),
 ]
 Approach = Annotated[
@@ -279,23 +279,38 @@ ReportNoPlots = Annotated[bool, typer.Option("--no-plots", help="No pictures.")]
 
 EXAMPLES = {
     "init": ("init seat-on-em1", "init --new seat"),
-    "run": ("run seat.yaml", "run seat.yaml --set friction.kinetic=30 --out out/soft --report"),
-    "sweep": ("sweep seat.yaml", "sweep seat.yaml --over friction.kinetic=0:100:10"),
-    "compare": ("compare signum vs stick-slip", "compare dahl vs coulomb seat.yaml --report"),
-    "fit": ("fit rig.yaml", 'fit rig.yaml --set "fit.laws=[coulomb, stribeck, dahl]"'),
-    "assess": ("assess seat.yaml --report", "assess seat.yaml --set measure.exposure='6 h'"),
-    "design": (
-        "design seat.yaml",
-        'design seat.yaml --set "design.within=[x_r_peak < 25 mm]" --report',
+    "run": (
+        "run seat-on-em1.yaml",
+        "run seat-on-em1.yaml --set friction.kinetic=30 -o out/soft --report",
     ),
-    "branches": ("branches seat.yaml", "branches seat.yaml --set oscillator.damping=100"),
+    "sweep": (
+        "sweep paper-random.yaml",
+        "sweep seat-on-em1.yaml --over friction.kinetic=0:100:10",
+    ),
+    "compare": (
+        "compare signum vs stick-slip",
+        "compare dahl vs coulomb friction-laws.yaml --report",
+    ),
+    "fit": ("fit fit-seat.yaml", 'fit fit-seat.yaml --set "fit.hold_out=50 %" --report'),
+    "assess": (
+        "assess assess-seat.yaml --report",
+        'assess assess-seat.yaml --set "measure.exposure=6 h"',
+    ),
+    "design": (
+        "design design-seat.yaml",
+        'design design-seat.yaml --set "design.within=[x_r_peak < 25 mm]"',
+    ),
+    "branches": (
+        "branches coexisting-motions.yaml",
+        "branches bumper-resonance.yaml --set oscillator.damping=100",
+    ),
     "map": ("map regime-map.yaml", "map regime-map.yaml --set friction.static_ratio=1.3"),
-    "validate": ("validate seat.yaml", "validate --strict --format github *.yaml"),
-    "summarise": ("summarise out/seat", "summarise out/seat --json"),
-    "report": ("report out/seat", "report out/seat --out seat.html"),
-    "bench": ("bench", "bench seat.yaml --no-peers"),
+    "validate": ("validate seat-on-em1.yaml", "validate --strict --format github *.yaml"),
+    "summarise": ("summarise out/seat-on-em1", "summarise out/seat-on-em1 --json"),
+    "report": ("report out/seat-on-em1", "report out/seat-on-em1 --out seat.html"),
+    "bench": ("bench", "bench paper-random.yaml --no-peers"),
     "schema": ("schema > scenario.schema.json", "schema | grep -n natural_frequency"),
-    "doctor": ("doctor", "doctor && drysim run seat.yaml"),
+    "doctor": ("doctor", "doctor && drysim run seat-on-em1.yaml"),
     "manual": ("manual --list", "manual seat"),
     "explain": ("explain friction.law", 'explain "ISO 7096"'),
 }
@@ -312,9 +327,10 @@ PAGES = {
 def help_end(command: str) -> str:
     """Return the end of the help of a command: examples, and its page of the manual."""
     lines = "".join(f"\n  drysim {example}" for example in EXAMPLES[command])
+    files = " (`drysim init NAME` writes the scenarios)" if ".yaml" in lines else ""
     page = PAGES.get(command, command)
     # \b keeps the lines of a paragraph as they are.
-    return f"\b\nExamples:{lines}\n\nMore: drysim manual {page}"
+    return f"\b\nExamples{files}:{lines}\n\nMore: drysim manual {page}"
 
 
 def overrides(
