@@ -300,6 +300,9 @@ def test_site_holds_every_page_and_needs_no_network(site):
             re.findall(r"^(?:- |\| ).*", re.sub(r"<pre>.*?</pre>", "", text, flags=re.S), re.M)
             == []
         )
+        # A placeholder such as <name> outside of code is taken for an element, and not shown.
+        opened, closed = (set(re.findall(rf"<{slash}([a-z]+)>", text)) for slash in ("", "/"))
+        assert opened - closed <= {"br", "hr", "wbr"}
     # A page opened from a file takes the index and the worker of the search as scripts.
     assert "seat-on-em1" in (folder / "search" / "search_index.js").read_text()
     page = html[Path("reference", "commands.html")]

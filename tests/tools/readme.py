@@ -88,11 +88,10 @@ def commands() -> Iterator[str]:
     group = get_command(app)
     for name, command in group.commands.items():
         words = " ".join(filter(None, [f"drysim {name}", *map(usage, command.params)]))
-        yield f"\n## `{words}`\n\n{command.help}\n\n"
-        yield "| option | meaning |\n| --- | --- |\n"
-        for one in command.params:
-            if one.name == "help":
-                continue
+        yield f"\n## `{words}`\n\n{command.help}\n"
+        options = [one for one in command.params if one.name != "help"]
+        yield "\n| option | meaning |\n| --- | --- |\n" if options else ""
+        for one in options:
             about = " ".join((getattr(one, "help", "") or "").split()).replace("|", "\\|")
             yield f"| `{spelled(one)}` | {about} |\n"
     yield "\n"
