@@ -117,6 +117,7 @@ def test_choices_come_from_the_models():
     forms = dict(explain("solver.smooth.form")[0].choices)
     assert [*forms] == ["arctan", "tanh", "erf", "rational"]
     assert [*dict(explain("excitation.resample.by")[0].choices)] == ["line", "spline"]
+    assert [*dict(explain("sweep.direction")[0].choices)] == ["up", "down", "both"]
 
 
 def test_blocks_and_kinds_list_their_keys():

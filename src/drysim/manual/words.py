@@ -713,11 +713,12 @@ def _choices(field: Any) -> Sequence[str]:
     """Return the words to choose from, of a key or of the entries of its list."""
     parts = (field, field.get("items", {}), *field.get("anyOf", ()), *field.get("oneOf", ()))
     choices = [
-        word
+        str(word)
         for part in parts
-        for word in (part.get("enum", ()) or filter(None, [part.get("const")]))
+        for word in (part.get("enum") or [part.get("const")])
+        if word
     ]
-    return [str(word) for word in choices] if 1 < len(choices) <= MAX_CHOICES else ()
+    return choices if 1 < len(choices) <= MAX_CHOICES else ()
 
 
 TYPES = {

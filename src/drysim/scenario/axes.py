@@ -485,7 +485,7 @@ class Sample(Block):
 
 
 DIRECTION_DESCRIPTION = (
-    "Let each case along the first key start where the previous one ended, by increasing or "
+    "Start each case along the first key where the previous one ended, by increasing or "
     "decreasing value; default: each case starts from `start`."
 )
 FILES_DESCRIPTION = "Records to compare: a list of files, or a pattern such as `runs/*.csv`."
