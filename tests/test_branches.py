@@ -216,6 +216,14 @@ def test_the_only_branch_without_static_excess_is_stable(tmp_path):
     assert result.starts == 18  # from rest, and its own: two motions never move apart
 
 
+def test_axes_of_ratio_and_stroke_do_not_reach_below_zero(tmp_path):
+    sweep = "excitation.frequency: {from: 0.04, to: 1.6, scale: log, count: 9}"
+    result = drysim.branches(scaled(tmp_path, 0.5, 0.05, 0.05, 1, sweep))
+    ratio = result.branches[0].metrics["T_a"]
+    assert ratio.min() < 0.05 * ratio.max()
+    assert [panel.get_ylim()[0] for panel in result.plot().axes] == [0.0, 0.0]
+
+
 def test_rounding_of_a_range_adds_no_branch_and_no_bifurcation(tmp_path):
     # 1.4 is no binary fraction: at its lower end both limits must still be equal.
     short = paper(tmp_path, 1.0, sweep={"friction.static_ratio": [1, 1.2, 1.4]})

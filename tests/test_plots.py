@@ -596,7 +596,7 @@ def test_exact_entry_without_an_error_stands_below_all_others_and_says_so():
     assert "stick-slip: exact" in legend(figure)
 
 
-def test_hits_of_end_stops_are_drawn_where_the_stroke_hardly_differs(scenario):
+def test_hits_of_end_stops_are_drawn_if_there_are_any(scenario):
     changes = {"friction": None, "stroke.limit": "10 mm", "sweep": {"excitation.rms": [1, 2]}}
     cases = (("restitution", 0.4, "impact speed"), ("stiffness", 1e5, "peak force"))
     for key, value, title in cases:
@@ -605,6 +605,10 @@ def test_hits_of_end_stops_are_drawn_where_the_stroke_hardly_differs(scenario):
         assert title in hits.get_title("left")
         (curve,) = [line for line in hits.lines if len(line.get_xdata()) == 2]
         assert 0 < curve.get_ydata()[0] < curve.get_ydata()[1]
+        scene = scenario(
+            ZIPPED, changes | {"stroke.limit": "1 m", "stroke.stops": {key: value}}
+        )
+        assert len(draw_stroke(solved(scene)).axes) == 1
 
 
 @pytest.mark.parametrize(

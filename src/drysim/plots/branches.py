@@ -100,8 +100,8 @@ def draw_panel(axes: Axes, result: BranchesResult, metric: PlottedMetric) -> Non
     if result.stated_value is not None:
         axes.axvline(result.stated_value, label="value in the scenario", **OWN_STYLE)
     axes.margins(x=0.02, y=0.08)
-    if metric.name == PEAK_STROKE:
-        axes.set_ylim(bottom=0.0)
+    low, _ = axes.get_ylim()
+    axes.set_ylim(bottom=0.0 if metric.name == PEAK_STROKE else max(low, 0.0))
     axes.grid(alpha=0.25)
 
 

@@ -149,9 +149,10 @@ def _draw_peaks(table: Table, ax: Axes | None) -> Figure:
     accelerations = [X_DD] * shown
     if needs_quantiles(table):
         return draw_quantiles(table, [*accelerations, peak], ax)
-    # With end stops |x_r| is nearly the same in all cases that reach them.
+    # |x_r| is nearly the same in all cases that reach an end stop.
     stops = table.scenario.law().stops
-    stop_metrics = [] if stops is None else [IMPACT_SPEED if stops.rigid else STOP_FORCE]
+    contact = IMPACT_SPEED if stops is not None and stops.rigid else STOP_FORCE
+    stop_metrics = [contact] if ends.get(contact.name, (0.0, 0.0))[1] else []
     return draw_panels(table, sweep_view(table), [*accelerations, peak, *stop_metrics], ax)
 
 
