@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,18 +38,9 @@ Crossings = Mapping[int, Sequence[Crossing]]
 """Crossings by the number of their edge, in order along it."""
 
 
-class Net(Protocol):
-    """Nodes and the edges between them."""
-
-    points: Floats
-    """Nodes, as shares of the axes, shape (n, 2)."""
-    edges: Integers
-    """Numbers of the nodes at both ends, shape (m, 2)."""
-
-
-def on_edges(net: Net, edges: Integers, share: Floats) -> Floats:
-    """Return the points at shares of edges, shape (n, 2)."""
-    a, b = net.points[net.edges[edges, 0]], net.points[net.edges[edges, 1]]
+def on_edges(ends: Floats, share: Floats) -> Floats:
+    """Return the points at shares of edges with these ends, shapes (n, 2, 2) and (n,)."""
+    a, b = ends[:, 0], ends[:, 1]
     points: Floats = np.where(share[:, None] == 1.0, b, a + share[:, None] * (b - a))
     return points
 

@@ -14,8 +14,8 @@ Method
        Where the regime changes on an edge, continue the orbit of each side past the change: a
        region of two motions that begins there may be narrower than a cell.
     3. On every edge whose ends have different labels, bisect to the label of one end; if that
-       does not lead to the label of the other end, bisect the rest of the edge again. All edges
-       are bisected at once.
+       does not lead to the label of the other end, bisect the rest of the edge again. The
+       workers bisect some edges each, all of them at once.
     4. Join the crossings in the cells to lines (`boundaries`).
 
     Random base motion has no steady motion: its map shows how often the mass breaks away from
@@ -33,8 +33,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import ClassVar, NamedTuple
+from functools import cached_property, partial
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +87,7 @@ from drysim.study.sweep import choose_engine
 from drysim.wording import format_quantity
 
 Labels = Mapping[str, Integers]
+Columns = tuple[NDArray[Any], ...]
 Advance = Callable[[int], None]
 
 ISOLATION, STROKE, SEVERAL = "isolation", "stroke", "several"
@@ -108,6 +109,10 @@ and most nodes of a grid."""
 
 MIN_ORBITS, ORBITS_PER_CALL = 32, 512
 """Least and most orbits in one call of the kernel: 0.5 to 10 ms of work."""
+
+EDGES_PER_PIECE = 32
+"""Edges that a worker bisects at once, whatever the number of workers. With fewer, numpy takes
+more than a fifth of the time, beside the kernel."""
 
 STARTED_NODES = 3
 """Other starts are tried at every third node of a grid, as there are 13 of them."""
@@ -614,22 +619,103 @@ class OrbitPlane:
 
     def solve(self, scenes: Floats, counted: bool = False) -> Floats:
         """Return the answers of the orbit kernel; `counted` nodes count as progress."""
+        length = min(max(len(scenes) // (2 * self.pool.workers), MIN_ORBITS), ORBITS_PER_CALL)
+        blocks = [scenes[i : i + length] for i in range(0, max(len(scenes), 1), length)]
+        answers = []
+        for answer in self.pool.map_in_order(self.answers, blocks, (self,)):
+            answers.append(answer)
+            self.advance(len(answer) if counted else 0)
+            self.cases += int(is_solved(answer).sum())
+        return np.concatenate(answers)
+
+    def answers(self, scenes: Floats) -> Floats:
+        """Return the answers of the orbit kernel to a block of scenes."""
         from drysim.core.orbit import ANSWER_COLUMNS, RUN_UP_PEAK, STATUS
         from drysim.orbits.coulomb import solve_orbits
 
         small = self.is_too_small(scenes)
-        scenes = scenes[~small]
-        length = min(max(len(scenes) // (2 * self.pool.workers), MIN_ORBITS), ORBITS_PER_CALL)
-        blocks = [scenes[i : i + length] for i in range(0, len(scenes), length)]
-        answers = [np.empty((0, ANSWER_COLUMNS))]
-        for answer in self.pool.map_in_order(solve_orbits, blocks):
-            answers.append(answer)
-            self.advance(len(answer) if counted else 0)
-        self.cases += len(scenes)
-        solved = np.full((len(small), ANSWER_COLUMNS), np.nan)
-        solved[~small] = np.concatenate(answers)
-        solved[small, STATUS], solved[small, RUN_UP_PEAK] = Status.OK, 0.0
-        return solved
+        answers = np.full((len(small), ANSWER_COLUMNS), np.nan)
+        answers[~small] = solve_orbits(scenes[~small])
+        answers[small, STATUS], answers[small, RUN_UP_PEAK] = Status.OK, 0.0
+        return answers
+
+    def follow(self, function: Callable[[Columns], Columns], columns: Columns) -> Columns:
+        """Return the columns of a function of edges, which all workers follow.
+
+        Parameters
+        ----------
+        function : callable
+            Takes and returns columns of some edges; it returns the number of orbits solved on
+            each edge as the last one.
+        columns : tuple of ndarray
+            Of all edges.
+        """
+        pieces = [
+            tuple(column[i : i + EDGES_PER_PIECE] for column in columns)
+            for i in range(0, max(len(columns[0]), 1), EDGES_PER_PIECE)
+        ]
+        followed = self.pool.map_in_order(function, pieces, (self,))
+        *results, solved = (np.concatenate(parts) for parts in zip(*followed, strict=True))
+        self.cases += int(solved.sum())
+        return tuple(results)
+
+    def bisect(self, field: str, columns: Columns) -> Columns:
+        """Return the ends of the intervals in which the first label ends, and the next label.
+
+        Parameters
+        ----------
+        field : str
+        columns : tuple of ndarray
+            Of each edge: its ends, shape (n, 2, 2); where on it to begin, as a share; labels
+            there and at its second end.
+        """
+        ends, share, before, last = columns
+        low, high, after = share.copy(), np.ones(len(ends)), last.copy()
+        solved = np.zeros(len(ends), dtype=np.int64)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            scenes = self.scenes(on_edges(ends, middle))
+            answers = self.answers(scenes)
+            labels = self.labels(scenes, answers, field)
+            nearest = np.where(before == LOCKED, last, before)
+            labels = np.where(labels == UNRESOLVED, nearest, labels)
+            same = labels == before
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+            after = np.where(same, after, labels)
+            solved += is_solved(answers)
+        return low, high, after, solved
+
+    def end_of_second(self, columns: Columns) -> Columns:
+        """Return where second motions end on edges, and the width of the last interval.
+
+        Parameters
+        ----------
+        columns : tuple of ndarray
+            Of each edge: its ends, shape (n, 2, 2); where there is a second motion, as a share;
+            whether it is continued to the second end, or to the first; states of both motions
+            there, shape (n, 4).
+        """
+        from drysim.study.other_motions import are_different
+
+        ends, low, rises, states = columns
+        states, high = states.copy(), np.where(rises, 1.0, 0.0)
+        solved = np.zeros(len(ends), dtype=np.int64)
+        for _ in range(HALVINGS_TO_FOLD):
+            middle = 0.5 * (low + high)
+            scenes = self.scenes(on_edges(ends, middle))
+            first_answers = self.answers(scenes)
+            solved += is_solved(first_answers)
+            exists = np.zeros(len(ends), dtype=bool)
+            for start in (states[:, 2:].copy(), states[:, :2].copy()):
+                left = np.flatnonzero(~exists)
+                reached = self.answers(with_start(scenes[left], start[left]))
+                solved[left] += is_solved(reached)
+                other = are_different(first_answers[left], reached)
+                states[left[other], :2] = state_of(first_answers)[left[other]]
+                states[left[other], 2:] = state_of(reached)[other]
+                exists[left[other]] = True
+            low, high = np.where(exists, middle, low), np.where(exists, high, middle)
+        return 0.5 * (low + high), abs(high - low), solved
 
     def is_too_small(self, scenes: Floats) -> NDArray[np.bool_]:
         """Return where the motion from rest is known to be too small to have a regime."""
@@ -680,6 +766,13 @@ def with_start(scenes: Floats, start: Floats) -> Floats:
     moved = scenes.copy()
     moved[:, [X_R, V_R]] = start
     return moved
+
+
+def is_solved(answers: Floats) -> NDArray[np.bool_]:
+    """Return which answers are of the kernel: of motions that are not too small."""
+    from drysim.core.orbit import MULTIPLE
+
+    return np.isfinite(answers[:, MULTIPLE])
 
 
 def state_of(answers: Floats) -> Floats:
@@ -778,6 +871,10 @@ class OrbitNet:
         self.several[nodes[other]] = True
         self.states[nodes[other], 2:] = state_of(reached)[other]
 
+    def ends(self, edges: Integers) -> Floats:
+        """Return both ends of edges, shape (n, 2, 2)."""
+        return self.points[self.edges[edges]]
+
     def crossings(self, field: str) -> Crossings:
         """Return the boundaries of a field on all edges whose ends differ."""
         if field == SEVERAL:
@@ -799,10 +896,10 @@ class OrbitNet:
         share, before, last = np.zeros(len(pending)), begin[pending], end[pending]
         by_edge: dict[int, list[Crossing]] = defaultdict(list)
         for _ in range(MAX_REGIONS_PER_EDGE):
-            low, high, after = self.bisect(field, pending, share, before, last)
-            columns = (pending, 0.5 * (low + high), before, after)
-            for edge, place, label, following in zip(
-                *(x.tolist() for x in columns), strict=True
+            columns = self.ends(pending), share, before, last
+            low, high, after = self.plane.follow(partial(self.plane.bisect, field), columns)
+            for edge, place, label, following in rows_of(
+                pending, 0.5 * (low + high), before, after
             ):
                 by_edge[edge].append(Crossing(place, label, following, 0.0))
             left = after != last
@@ -810,33 +907,6 @@ class OrbitNet:
                 break
             pending, share, before, last = pending[left], high[left], after[left], last[left]
         return {edge: merge_unsettled(several) for edge, several in by_edge.items()}
-
-    def bisect(
-        self, field: str, edges: Integers, share: Floats, before: Integers, last: Integers
-    ) -> tuple[Floats, Floats, Integers]:
-        """Return the ends of the intervals in which the first label ends, and the next label.
-
-        Parameters
-        ----------
-        field : str
-        edges : ndarray, shape (n,)
-            Numbers of the edges.
-        share : ndarray, shape (n,)
-            Where on each edge to begin.
-        before, last : ndarray, shape (n,)
-            Labels there and at the end of the edge.
-        """
-        low, high, after = share.copy(), np.ones(len(edges)), last.copy()
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            scenes = self.plane.scenes(on_edges(self, edges, middle))
-            labels = self.plane.labels(scenes, self.plane.solve(scenes), field)
-            nearest = np.where(before == LOCKED, last, before)
-            labels = np.where(labels == UNRESOLVED, nearest, labels)
-            same = labels == before
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
-            after = np.where(same, after, labels)
-        return low, high, after
 
     @cached_property
     def continued_past_changes(self) -> tuple[Continued, ...]:
@@ -856,7 +926,7 @@ class OrbitNet:
         share = np.array([share for _, share, _ in changes])
         gap = np.array([0.5 * width + NEXT_TO_CHANGE for _, _, width in changes])
         sides = [np.clip(share + sign * gap, 0.0, 1.0) for sign in (-1.0, 1.0)]
-        scenes = [self.plane.scenes(on_edges(self, edges, side)) for side in sides]
+        scenes = [self.plane.scenes(on_edges(self.ends(edges), side)) for side in sides]
         answers = [self.plane.solve(side) for side in scenes]
         continued = []
         for here, other in ((1, 0), (0, 1)):
@@ -881,11 +951,11 @@ class OrbitNet:
         edges = np.flatnonzero(has[:, 0] != has[:, 1])
         rises = has[edges, 0]
         states = self.states[np.where(rises, self.edges[edges, 0], self.edges[edges, 1])]
-        share, width = self.end_of_second(edges, np.where(rises, 0.0, 1.0), rises, states)
-        columns = edges.tolist(), share.tolist(), rises.tolist(), width.tolist()
+        columns = self.ends(edges), np.where(rises, 0.0, 1.0), rises, states
+        share, width = self.plane.follow(self.plane.end_of_second, columns)
         crossings = {
             edge: [Crossing(place, int(up), 1 - up, size)]
-            for edge, place, up, size in zip(*columns, strict=True)
+            for edge, place, up, size in rows_of(edges, share, rises, width)
         }
         for edge, bands in self.narrow_bands(has[:, 0] | has[:, 1]).items():
             crossings[edge] = [
@@ -899,50 +969,20 @@ class OrbitNet:
         """Return the bands of a second motion on edges neither end of which has one."""
         bands: dict[int, list[Band]] = defaultdict(list)
         for continued in self.continued_past_changes:
-            edges, share = continued.edges, continued.share
+            left = ~has[continued.edges]
+            edges, share = continued.edges[left], continued.share[left]
             rises = np.full(len(edges), continued.rises)
-            ends, widths = self.end_of_second(edges, share, rises, continued.states)
-            columns = edges.tolist(), share.tolist(), ends.tolist(), widths.tolist()
-            for edge, change, end, width in zip(*columns, strict=True):
-                if not has[edge]:
-                    low, high = sorted([(change, 0.0), (end, width)])
-                    bands[edge].append((low, high))
+            columns = self.ends(edges), share, rises, continued.states[left]
+            folds, widths = self.plane.follow(self.plane.end_of_second, columns)
+            for edge, change, fold, width in rows_of(edges, share, folds, widths):
+                low, high = sorted([(change, 0.0), (fold, width)])
+                bands[edge].append((low, high))
         return {edge: joined_bands(several) for edge, several in bands.items()}
 
-    def end_of_second(
-        self, edges: Integers, begin: Floats, rises: NDArray[np.bool_], states: Floats
-    ) -> tuple[Floats, Floats]:
-        """Return where second motions end on edges, and the width of the last interval.
 
-        Parameters
-        ----------
-        edges : ndarray, shape (n,)
-            Numbers of the edges.
-        begin : ndarray, shape (n,)
-            Where there is a second motion, as a share of the edge.
-        rises : ndarray, shape (n,)
-            Whether it is continued to the second end of the edge, or to the first.
-        states : ndarray, shape (n, 4)
-            States of both motions at `begin`.
-        """
-        from drysim.study.other_motions import are_different
-
-        states = states.copy()
-        low, high = begin, np.where(rises, 1.0, 0.0)
-        for _ in range(HALVINGS_TO_FOLD):
-            middle = 0.5 * (low + high)
-            scenes = self.plane.scenes(on_edges(self, edges, middle))
-            first_answers = self.plane.solve(scenes)
-            exists = np.zeros(len(edges), dtype=bool)
-            for start in (states[:, 2:].copy(), states[:, :2].copy()):
-                left = np.flatnonzero(~exists)
-                reached = self.plane.solve(with_start(scenes[left], start[left]))
-                other = are_different(first_answers[left], reached)
-                states[left[other], :2] = state_of(first_answers)[left[other]]
-                states[left[other], 2:] = state_of(reached)[other]
-                exists[left[other]] = True
-            low, high = np.where(exists, middle, low), np.where(exists, high, middle)
-        return 0.5 * (low + high), abs(high - low)
+def rows_of(*columns: NDArray[Any]) -> Iterator[tuple[Any, ...]]:
+    """Return columns as rows of numbers."""
+    return zip(*(column.tolist() for column in columns), strict=True)
 
 
 class Continued(NamedTuple):
@@ -1029,7 +1069,7 @@ def find_place(plane: OrbitPlane | RatePlane, grid: Grid) -> Place:
         node = int(np.searchsorted(shares, here[i]))
         labels = {name: int(column[node]) for name, column in net.labels.items()}
         met = sorted(
-            (on_edges(net, np.array([edge]), np.array([crossing.share]))[0, i], field, crossing)
+            (on_edges(points[edges[[edge]]], np.array([crossing.share]))[0, i], field, crossing)
             for field in plane.fields
             if field != RICE
             for edge, several in net.crossings(field).items()
