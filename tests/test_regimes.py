@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,15 @@ import pytest
 from seat import fields_of, load_text
 
 import drysim
-from drysim.study.boundaries import LOCKED, REGIME, Crossing, Grid, join_crossings, polylines
+from drysim.study.boundaries import (
+    LOCKED,
+    REGIME,
+    Crossing,
+    Grid,
+    Joined,
+    join_crossings,
+    polylines,
+)
 from drysim.study.regimes import (
     ISOLATION,
     PERIODS,
@@ -159,11 +168,24 @@ def test_loss_of_symmetry_is_found_within_the_reported_strip(tmp_path):
     assert max(one.width for one in broken) > 0.0
 
 
-def test_map_does_not_depend_on_the_number_of_threads(paper, tmp_path):
-    alone = drysim.map_regimes(load_text(tmp_path, PAPER + OVER), workers=1)
-    for one, other in zip(paper.boundaries, alone.boundaries, strict=True):
-        assert one.name == other.name
-        assert np.array_equal(one.points, other.points)
+def test_number_of_workers_changes_no_byte(command, tmp_path, monkeypatch):
+    (tmp_path / "plane.yaml").write_text(f"drysim: 1\n{PAPER}{OVER}")
+    for name in ("MIN_TIME_PER_WORKER", "MIN_CHUNK_TIME"):  # nothing is too short for a process
+        monkeypatch.setattr(f"drysim.parallel.{name}", 1e-9)
+    results = []
+    for workers in (1, 2, 3):
+        words = ("--no-plots", "--quiet", "--workers", workers, "--out", workers)
+        assert command("map", "plane.yaml", *words).code == 0
+        fields = fields_of(tmp_path / str(workers))
+        contents = (tmp_path / str(workers) / "map.csv").read_bytes()
+        results.append((contents, fields["map"], fields["numerics"]))
+    assert results[0] == results[1] == results[2]
+
+
+def test_shares_of_regimes_are_areas(paper):
+    locked = 1.0 - 75.0 * np.sqrt(2.0) / 1.2 / 120.0
+    assert paper.regimes["locked"] == pytest.approx(locked, rel=1e-9)
+    assert sum(paper.regimes.values()) == pytest.approx(1.0, rel=1e-12)
 
 
 def test_mass_without_friction_has_no_stops_and_one_motion(tmp_path):
@@ -235,10 +257,8 @@ def test_lines_follow_the_regions_of_a_checkerboard_and_meet_where_three_do():
         for number, count in enumerate(counts.tolist()):
             inner = all(0.0 < x < 1.0 for x in joined.points[number])
             assert count >= (2 if inner else 1)
-        area = sum(polygon_area(at) for _, at in joined.patches)
-        assert area == pytest.approx(
-            0.25 * len({c for e in crossings for c in grid.cells_at(e)})
-        )
+        cells = {cell for edge in crossings for cell in grid.cells_at(edge)}
+        assert sum(areas_of(joined).values()) == pytest.approx(0.25 * len(cells))
 
 
 def test_polylines_use_each_segment_once_and_close_loops():
@@ -269,10 +289,23 @@ def test_band_between_two_columns_of_nodes_goes_on_from_cell_to_cell():
         np.array([joined.points[i] for i in line]) for line in polylines(joined.segments[0, 1])
     ]
     assert sorted(sorted({*line[:, 0]}) for line in lines) == [[0.5], [0.51]]
-    areas = dict.fromkeys((0, 1), 0.0)
+    assert areas_of(joined) == pytest.approx({0: 0.99, 1: 0.01})
+
+
+def test_bands_within_each_other_fill_a_cell():
+    grid = Grid(2, 2)
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    across = [Crossing(0.5, 0, 1, 0.0), Crossing(0.6, 1, 2, 0.0), Crossing(0.9, 2, 3, 0.0)]
+    joined = join_crossings(grid, points, np.array([0, 3, 0, 3]), {0: across, 1: across})
+    assert areas_of(joined) == pytest.approx({0: 0.5, 1: 0.1, 2: 0.3, 3: 0.1})
+
+
+def areas_of(joined: Joined) -> dict[int, float]:
+    """Return the area of each label in the divided cells."""
+    areas = Counter[int]()
     for label, polygon in joined.patches:
         areas[label] += polygon_area(polygon)
-    assert areas == pytest.approx({0: 0.99, 1: 0.01})
+    return dict(areas)
 
 
 def test_regimes_have_names():

@@ -61,6 +61,9 @@ OWN_STYLE: Style = {
 LABEL_SIZE, LETTER_SHARE, LINE_SHARE = 9.0, 0.0088, 0.036
 """Font size of the labels, and width of a letter and height of a line as shares of the map."""
 
+SMALLEST_NAMED = 1e-4
+"""Share of the map up to which a regime has no label: its boundaries hide it."""
+
 ROOM = 0.45
 """Least room of a label as a share of its height."""
 
@@ -194,16 +197,23 @@ def write_labels(axes: Axes, result: RegimeMap) -> None:
     free = free_nodes(result)
     rows, columns = free.shape
     regions = [
-        (result.labels[REGIME] == label, describe_regime(label), tint_of(label), "#222222")
-        for label in result.shares
+        (REGIME, label, describe_regime(label), tint_of(label), "#222222")
+        for label, share in result.shares.items()
+        if share > SMALLEST_NAMED
     ]
     regions += [
-        (result.labels[field] == 1, label, "none", LINE_STYLES[field]["color"])
+        (field, 1, label, "none", LINE_STYLES[field]["color"])
         for field, label in FIELD_LABELS.items()
-        if field in result.labels and (result.labels[field] == 1).any()
+        if field in result.labels and result.share(field)
     ]
     outside = []
-    for region, label, background, color in regions:
+    for field, number, label, background, color in regions:
+        region = result.labels[field] == number
+        if not region.any():  # narrower than a cell everywhere
+            patch = max(result.parts(field, number), key=lambda patch: patch.area)
+            x, y = patch.points.mean(axis=0).tolist()
+            outside.append((float(result.axes[1].share(y)), (x, y), label, color))
+            continue
         wide, high = len(label) * LETTER_SHARE * columns, LINE_SHARE * rows
         room, row, column = widest_place(region & free, wide / high)
         if room >= ROOM * high:
@@ -217,12 +227,6 @@ def write_labels(axes: Axes, result: RegimeMap) -> None:
         else:
             _, row, column = widest_place(region, 1.0)
             outside.append((row / (rows - 1), node(result, row, column), label, color))
-    for field, label in FIELD_LABELS.items():
-        parts = result.parts(field)
-        if parts and not (result.labels[field] == 1).any():  # narrower than a cell everywhere
-            x, y = max(parts, key=lambda patch: patch.area).points.mean(axis=0).tolist()
-            share = float(result.axes[1].share(y))
-            outside.append((share, (x, y), label, LINE_STYLES[field]["color"]))
     write_outside(axes, outside[:MAX_OUTSIDE])
 
 

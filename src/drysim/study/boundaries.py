@@ -172,36 +172,69 @@ def join_cell(perimeter: Sequence[Corner], joined: Joined) -> None:
         ]
         if lengths[0] + lengths[2] < lengths[1] + lengths[3]:
             left = [left[-1], *left[:-1]]
-        joined.patches.append((left[1].after, np.array([corner.point for corner in left])))
+    lines: list[tuple[Corner, Corner]] = []
     index = 0
     while index + 1 < len(left):
-        corner, other = left[index : index + 2]
-        if corner.pair == other.pair:
-            joined.segments[corner.pair].append((corner.number, other.number))
+        if left[index].pair == left[index + 1].pair:
+            lines.append((left[index], left[index + 1]))
             del left[index : index + 2]
             index = max(0, index - 1)
         else:
             index += 1
-    if len(left) == 2 and left[0].pair == left[1].pair:
-        joined.segments[left[0].pair].append((left[0].number, left[1].number))
-        left = []
-    elif len(left) > 1 and left[0].pair == left[-1].pair:
-        joined.segments[left[0].pair].append((left[-1].number, left[0].number))
+    while len(left) > 1 and left[0].pair == left[-1].pair:
+        lines.append((left[-1], left[0]))
         left = left[1:-1]
+    for corner, other in lines:
+        joined.segments[corner.pair].append((corner.number, other.number))
     if left:  # three or more regions meet
         joined.points.append(np.mean([corner.point for corner in left], axis=0))
         joined.widths.append(0.0)
         for corner in left:
             joined.segments[corner.pair].append((corner.number, len(joined.points) - 1))
+    joined.patches.extend(divided_cell(perimeter, lines, left, joined.points[-1]))
+
+
+def divided_cell(
+    perimeter: Sequence[Corner],
+    lines: Sequence[tuple[Corner, Corner]],
+    meeting: Sequence[Corner],
+    middle: Floats,
+) -> Iterator[tuple[int, Floats]]:
+    """Yield label and polygon of the parts of a cell between lines across it.
+
+    Parameters
+    ----------
+    perimeter : sequence of Corner
+    lines : sequence of pairs of Corner
+        Lines between two crossings; they do not intersect.
+    meeting : sequence of Corner
+        The other crossings, whose lines meet.
+    middle : ndarray, shape (2,)
+        Where they meet.
+    """
     first = next(i for i, corner in enumerate(perimeter) if corner.number >= 0)
-    around = [*perimeter[first:], *perimeter[: first + 1]]
+    ring = [*perimeter[first:], *perimeter[: first + 1]]
+    arcs: dict[int, list[Corner]] = {}  # from one crossing to the next, by its number
     begin = 0
-    for end in range(1, len(around)):
-        if around[end].number >= 0:
-            polygon = [corner.point for corner in around[begin : end + 1]]
-            polygon += [joined.points[-1]] if left else []
-            joined.patches.append((around[begin].after, np.array(polygon)))
+    for end in range(1, len(ring)):
+        if ring[end].number >= 0:
+            arcs[ring[begin].number] = ring[begin : end + 1]
             begin = end
+    # A part goes along an arc, back along the line that its end is on, and so on.
+    back = {corner.number: other.number for corner, other in lines}
+    back |= {other.number: corner.number for corner, other in lines}
+    back |= {corner.number: meeting[i - 1].number for i, corner in enumerate(meeting)}
+    over_middle = {corner.number for corner in meeting}
+    while arcs:
+        number = next(iter(arcs))
+        label, polygon = arcs[number][0].after, list[Floats]()
+        while number in arcs:
+            arc = arcs.pop(number)
+            polygon += [corner.point for corner in arc]
+            if arc[-1].number in over_middle:
+                polygon.append(middle)
+            number = back[arc[-1].number]
+        yield label, np.array(polygon)
 
 
 def polylines(segments: Sequence[tuple[int, int]]) -> Iterator[list[int]]:

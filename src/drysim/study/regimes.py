@@ -129,6 +129,9 @@ SMALLEST_EXCESS = 1e-4
 """Excess of m A over F_fs and F_fk, relative, below which a motion from rest is too small. It
 would take thousands of periods to close to rounding."""
 
+SMALLEST_SHARE = 1e-9
+"""Share of the map up to which a regime is rounding between two others."""
+
 SMALLEST_CHANGE = 1e-11
 """Difference of T_a² from 1 that is rounding."""
 
@@ -409,34 +412,38 @@ class RegimeMap(Result):
 
     @cached_property
     def shares(self) -> dict[int, float]:
-        """Share of the nodes in each regime, the largest first."""
-        labels, counts = np.unique(self.labels[REGIME], return_counts=True)
-        order = np.argsort(-counts, kind="stable")
-        total = self.labels[REGIME].size
-        return {int(labels[i]): float(counts[i]) / total for i in order}
+        """Share of the map in each regime, the largest first."""
+        labels = {*np.unique(self.labels[REGIME]).tolist()}
+        labels |= {patch.label for patch in self.patches if patch.field == REGIME}
+        shares = {label: self.share(REGIME, label) for label in sorted(labels)}
+        return {
+            label: share
+            for label, share in sorted(shares.items(), key=lambda item: -item[1])
+            if share > SMALLEST_SHARE
+        }
 
     @property
     def regimes(self) -> dict[str, float]:
-        """Share of the nodes by the name of the regime, the largest first."""
+        """Share of the map by the name of the regime, the largest first."""
         return {describe_regime(label): share for label, share in self.shares.items()}
 
-    def share(self, field: str) -> float:
-        """Return the share of the map with label 1 in a field, its narrowest parts included."""
+    def share(self, field: str, label: int = 1) -> float:
+        """Return the share of the map with a label in a field, its narrowest parts included."""
         cells = (self.grid.columns - 1) * (self.grid.rows - 1)
-        whole = float(self.whole_cells(field).sum()) / cells
-        return whole + sum(patch.area for patch in self.parts(field))
+        whole = float(self.whole_cells(field, label).sum()) / cells
+        return whole + sum(patch.area for patch in self.parts(field, label))
 
-    def whole_cells(self, field: str) -> NDArray[np.bool_]:
-        """Return the cells with label 1 at all four corners; no boundary divides them."""
-        inside = self.labels[field] == 1
+    def whole_cells(self, field: str, label: int = 1) -> NDArray[np.bool_]:
+        """Return the cells with a label at all four corners; no boundary divides them."""
+        inside = self.labels[field] == label
         whole: NDArray[np.bool_] = (
             inside[:-1, :-1] & inside[1:, :-1] & inside[:-1, 1:] & inside[1:, 1:]
         )
         return whole
 
-    def parts(self, field: str) -> list[Patch]:
-        """Return the parts of divided cells with label 1 in a field."""
-        return [patch for patch in self.patches if patch.field == field and patch.label == 1]
+    def parts(self, field: str, label: int = 1) -> list[Patch]:
+        """Return the parts of divided cells with a label in a field."""
+        return [p for p in self.patches if p.field == field and p.label == label]
 
     def describe_place(self) -> Iterator[str]:
         """Yield what the scenario itself does, in the fields that have a meaning."""
@@ -582,7 +589,8 @@ def to_values(axes: Sequence[KeyRange], shares: Floats) -> Floats:
 def polygon_area(points: Floats) -> float:
     """Return the area of a polygon of shape (n, 2)."""
     x, y = points.T
-    return 0.5 * abs(float(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))))
+    before = np.arange(len(points)) - 1
+    return 0.5 * abs(float(np.dot(x, y[before]) - np.dot(y, x[before])))
 
 
 class OrbitPlane:
