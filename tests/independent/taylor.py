@@ -19,12 +19,13 @@ TERMS = 42
 
 
 class Solution(NamedTuple):
-    """Events (time, kind, x_r), the state at the end, and integrals over the whole time.
+    """Mode at the start, events (time, kind, x_r), the state at the end, and integrals.
 
-    Kinds are 0 stick, ±1 slip, ±2 reversal. The integrals are of x_r², v_r², x_dd² and ü²; of
-    |v_r|, which is the way; and the time stuck.
+    Modes are 0 stuck and ±1 sliding; kinds of events 0 stick, ±1 slip, ±2 reversal. The
+    integrals are of x_r², v_r², x_dd² and ü², and the time stuck.
     """
 
+    start: int
     events: list[tuple[Any, int, Any]]
     x_r: Any
     v_r: Any
@@ -51,7 +52,7 @@ class March:
         self.longest = 1 / fastest if fastest else self.end
         self.t = mp.mpf(0)
         self.events: list[tuple[Any, int, Any]] = []
-        self.sums = dict.fromkeys(("x2", "v2", "x_dd2", "u_dd2", "way", "stuck"), mp.mpf(0))
+        self.sums = dict.fromkeys(("x2", "v2", "x_dd2", "u_dd2", "stuck"), mp.mpf(0))
 
     def base(self, n: int, h: Any) -> Polynomial:
         """Return ü from now on, in the sample interval n."""
@@ -99,6 +100,7 @@ class March:
         """March to the end, or until there are as many events as asked for."""
         d = (1 if self.v > 0 else -1) if self.v else 0
         d = d or self.mode_at_rest(self.base(0, 1)[0], self.load(1)[0])
+        start = d
         for until, n in self.stretches():
             while self.t < until and len(self.events) < most:
                 h = min(self.longest, until - self.t)
@@ -108,7 +110,7 @@ class March:
                 self.t = until if share == 1 and h == until - self.t else self.t + share * h
                 if kind is not None:
                     self.events.append((self.t, kind, self.x))
-        return Solution(self.events, self.x, self.v, d, self.sums)
+        return Solution(start, self.events, self.x, self.v, d, self.sums)
 
     def stick(self, u: Polynomial, h: Any) -> tuple[int, Any, int | None]:
         """Stay stuck to the end or to break-away; gives mode, share of h, and any event."""
@@ -138,8 +140,7 @@ class March:
         x_dd = [-self.w * x[n] - self.c * v[n] - f[n] for n in range(TERMS - 1)]
         for name, p in (("x2", x), ("v2", v), ("x_dd2", x_dd)):
             self.sums[name] += h * square_integral(p, share)
-        before, self.x, self.v = self.x, value(x, share), value(v, share)
-        self.sums["way"] += abs(self.x - before)
+        self.x, self.v = value(x, share), value(v, share)
         if found is None:
             return d, share, None
         self.v = mp.mpf(0)
