@@ -98,14 +98,15 @@ def unexplained(scene: Scene, trajectory: Trajectory) -> float:
 def neighbours(scene: Scene, speed: float) -> Iterator[Scene]:
     """Return scenes whose numbers are a rounding or two away."""
     # Up to 1e-15 (F_fs + |F_k|) above it counts as equality, which sticks.
-    for factor in (1.0 + 4.0 * ULP, 1.0 - 4.0 * ULP, 1.0 + 9.0 * ULP):
-        yield scene._replace(F_fs=max(factor * scene.F_fs, scene.F_fk))
+    for units in (8, -8, 18):
+        F_fs = scene.F_fs + units * math.ulp(scene.F_fs)
+        yield scene._replace(F_fs=max(F_fs, scene.F_fk))
     rng = Random(1)
 
     def nudge(value: Any) -> Any:
         if isinstance(value, tuple):
             return tuple(map(nudge, value))
-        return value * (1.0 + rng.choice((-ULP, 0.0, ULP)))
+        return value + rng.choice((-2, 0, 2)) * math.ulp(value) if value else 0.0
 
     for _ in range(4):
         moved = Scene(*map(nudge, scene))
