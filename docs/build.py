@@ -26,7 +26,9 @@ ADDITIONS = "style.css", "iframe-worker.js"
 LINK = re.compile(r"(?<=\]\()(?!https?:|#)([^)#]+)")
 CODE = re.compile(r"(?<!<pre>)<code>([^<]+)</code>")
 WORD = re.compile(r"(?<!\S)\S{1,40}(?!\S)")
-LONG_NAME = re.compile(r"(?<!\S)\w{41,}(?!\w)")
+LONG_NAME = re.compile(r"(?<!\S)[\w./]{41,}(?!\S)")
+CODE_OR_TEXT = re.compile(r"<(?:pre|code|h\d)\b.*?</(?:pre|code|h\d)>|<[^>]*>|[^<]+", re.S)
+PERCENT = re.compile(r"(?<=\d) (?=%)")
 
 
 def write_sources(folder: Path) -> None:
@@ -55,17 +57,26 @@ def of_page(link: re.Match[str]) -> str:
 
 
 def on_page_content(html: str, **_: object) -> str:
-    """Mark the words in code, which no line breaks; mkdocs calls this with each page."""
+    """Mark the words in code, which no line breaks; mkdocs calls this with each page.
+
+    In text, though not in code to be copied, a percent sign stays with its number.
+    """
+    html = CODE_OR_TEXT.sub(
+        lambda part: (
+            part[0] if part[0][0] == "<" else PERCENT.sub("\N{NO-BREAK SPACE}", part[0])
+        ),
+        html,
+    )
     return CODE.sub(mark_words, html)
 
 
 def mark_words(code: re.Match[str]) -> str:
     """Return inline code with its words marked; in tables a bar had to be escaped.
 
-    The long name of a test may break behind an underscore.
+    A long name, as of a test, may break behind an underscore, a long path behind a slash.
     """
     text = WORD.sub(r"<span>\g<0></span>", code[1].replace("\\|", "|"))
-    text = LONG_NAME.sub(lambda name: name[0].replace("_", "_<wbr>"), text)
+    text = LONG_NAME.sub(lambda name: re.sub("[_/]", r"\g<0><wbr>", name[0]), text)
     return f"<code>{text}</code>"
 
 

