@@ -11,6 +11,8 @@ import pytest
 from seat import fields_of, load_text
 
 import drysim
+from drysim.core.orbit import ANSWER_COLUMNS, SINES
+from drysim.orbits.coulomb import solve_orbits
 from drysim.study.boundaries import (
     LOCKED,
     REGIME,
@@ -186,6 +188,13 @@ def test_shares_of_regimes_are_areas(paper):
     locked = 1.0 - 75.0 * np.sqrt(2.0) / 1.2 / 120.0
     assert paper.regimes["locked"] == pytest.approx(locked, rel=1e-9)
     assert sum(paper.regimes.values()) == pytest.approx(1.0, rel=1e-12)
+
+
+def test_answers_to_no_scenes_have_all_columns_on_the_plain_engine(monkeypatch):
+    # Where no edge has a boundary, none is bisected. The plain engine has lists.
+    monkeypatch.setattr("drysim.orbits.coulomb.as_engine_array", np.ndarray.tolist)
+    monkeypatch.setattr("drysim.core.orbit.solve_orbits", lambda *_: None)
+    assert solve_orbits(np.empty((0, SINES + 3))).shape == (0, ANSWER_COLUMNS)
 
 
 def test_mass_without_friction_has_no_stops_and_one_motion(tmp_path):

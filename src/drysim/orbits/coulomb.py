@@ -99,7 +99,7 @@ def fill_answers(scenes: Floats, answers: Floats, most: int) -> Floats:
     """Call the kernel `solve_orbits`; parameters as there. Returns the answers."""
     rows, filled = as_engine_array(np.ascontiguousarray(scenes)), as_engine_array(answers)
     orbit.solve_orbits(rows, filled, most, workspace(scenes.shape[1]))
-    return np.asarray(filled)
+    return np.asarray(filled).reshape(answers.shape)  # a list of no rows has no columns
 
 
 def scene_row(
