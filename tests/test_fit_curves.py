@@ -12,6 +12,7 @@ from seat import rows_of
 from twin import CURVE_KEYS, values_of, write_curves
 
 import drysim as package
+from drysim.study import fit_curves
 from drysim.study.fit_curves import read_curves
 from drysim.study.gallery import list_scenarios
 from drysim.study.statistics import NORMAL_95
@@ -180,7 +181,9 @@ def test_a_wrong_level_of_one_curve_is_named_and_one_of_all_scales_the_friction(
         ("all", "check levels, columns and units of the curves"),
     ],
 )
-def test_exchanged_columns_or_levels_are_named_and_no_factor(tmp_path, exchanged, cause):
+def test_exchanged_columns_or_levels_are_named_and_no_factor(
+    tmp_path, monkeypatch, exchanged, cause
+):
     write_curves(tmp_path, 2)
     first, _, third = [curve.rms for curve in load(tmp_path).fit.curves]
     if exchanged != "levels":
@@ -190,6 +193,15 @@ def test_exchanged_columns_or_levels_are_named_and_no_factor(tmp_path, exchanged
         edit(tmp_path, (f"{first}}}", "9}"), (f"{third}}}", f"{first}}}"), ("9}", f"{third}}}"))
     named = next(w for w in fit_in(tmp_path).warnings if w.slug == "bad-fit")
     assert named.sentence.endswith(cause)
+    if exchanged == "columns":
+        return
+    # Of many curves some are tried, beside a few others.
+    monkeypatch.setattr(fit_curves, "MAX_SUSPECTS", 2)
+    named = next(w for w in fit_in(tmp_path).warnings if w.slug == "bad-fit")
+    end = (
+        "; other levels and columns were tried for curves #2 and #3 only, those of the largest "
+    )
+    assert named.sentence.endswith(cause + f"{end}residuals" * (exchanged == "all"))
 
 
 def test_curves_with_a_free_mass_give_ratios_only_and_the_fit_ends_soon(tmp_path):

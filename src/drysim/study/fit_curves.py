@@ -113,6 +113,11 @@ GOOD_FIT, STARTS_TRIED = 0.1, 2
 """Relative error of curves that are explained, RMS without their worst tenth; and starts that
 are followed where a fault has led the fit far away."""
 
+MAX_SUSPECTS, MAX_WITNESSES = 5, 5
+"""Number of curves, those of the largest residuals, whose levels and columns are tried, and of
+others beside which they are fitted again: the number of pairs grows with the square of the
+former, the time of each fit with their sum."""
+
 STATICS_FOLLOWED = 3
 """Number of changed static limits from which all values are fitted again."""
 
@@ -234,7 +239,8 @@ class CurveModel(FitModel):
     def with_rows(self, rows: CurveRows, noise: Floats) -> Self:
         """Return the model with other rows, and the relative noise of each."""
         stable = rows.stabilised(rows.measured, noise)
-        measurement = self.measurement._replace(channels={CURVES: stable - stable.mean()})
+        channels, t = {CURVES: stable - stable.mean()}, np.arange(float(len(stable)))
+        measurement = self.measurement._replace(channels=channels, t=t)
         return replace(self, measurement=measurement, rows=rows, noise=noise)
 
     @property
@@ -723,9 +729,11 @@ def likely_fault(fitted: CurveFit) -> str:
     """
     squares = fitted.solution.squares
     assert isinstance(squares, CurveSquares), "curves are fitted"
+    squares = beside_witnesses(squares, suspects(fitted))
+    model = squares.model
     best, cause = MUCH_BETTER * squares.cost(fitted.solution.x), ""
-    for fault, rows, is_far in possible_faults(fitted.model):
-        other = replace(squares, model=replace(fitted.model, rows=rows))
+    for fault, rows, is_far in possible_faults(model, suspects(fitted)):
+        other = replace(squares, model=replace(model, rows=rows))
         starts = [fitted.solution.x]
         if is_far:
             starts = [start / squares.scale for start in other.model.starts()[:STARTS_TRIED]]
@@ -736,10 +744,43 @@ def likely_fault(fitted: CurveFit) -> str:
     return cause
 
 
-def possible_faults(model: CurveModel) -> Iterator[tuple[str, CurveRows, bool]]:
+def suspects(fitted: CurveFit) -> list[int]:
+    """Return the curves of the largest residuals, in order; all if there are few."""
+    squares, curve = fitted.solution.squares, fitted.model.rows.curve
+    (difference,) = squares.differences(squares.solve(fitted.solution.x)).values()
+    residuals = np.bincount(curve, np.abs(difference)) / np.bincount(curve)
+    return sorted(np.argsort(-residuals, kind="stable")[:MAX_SUSPECTS].tolist())
+
+
+def untried(fitted: CurveFit) -> str:
+    """Return which curves were suspected, as the end of a message; empty if all were."""
+    suspected = suspects(fitted)
+    if set(suspected) >= set(fitted.model.rows.curve.tolist()):
+        return ""
+    return (
+        f"; other levels and columns were tried for {curve_names(suspected)} only, those of "
+        "the largest residuals"
+    )
+
+
+def beside_witnesses(squares: CurveSquares, suspected: Sequence[int]) -> CurveSquares:
+    """Return the residuals of some curves and of a few others, evenly spaced in their level."""
+    rows = squares.model.rows
+    level = np.bincount(rows.curve, rows.rms) / np.bincount(rows.curve)
+    others = [i for i in np.argsort(level, kind="stable").tolist() if i not in suspected]
+    places = np.linspace(0, len(others) - 1, min(MAX_WITNESSES, len(others)))
+    kept = [*suspected, *(others[round(place)] for place in places.tolist())]
+    mask = np.isin(rows.curve, kept)
+    model = squares.model.with_rows(rows.part(mask), squares.model.noise[mask])
+    return replace(squares, model=model)
+
+
+def possible_faults(
+    model: CurveModel, suspected: Sequence[int]
+) -> Iterator[tuple[str, CurveRows, bool]]:
     """Yield usual faults of curves in words, the rows without it, and if the values are far."""
     rows = model.rows
-    for curves, factor in product(curves_of_levels(model), LEVEL_FACTORS):
+    for curves, factor in product(curves_of_levels(model, suspected), LEVEL_FACTORS):
         fault = (
             f"the level of {curve_names(curves)} seems to be wrong: with {factor:.3g} times "
             "the stated one all curves fit much better"
@@ -747,7 +788,7 @@ def possible_faults(model: CurveModel) -> Iterator[tuple[str, CurveRows, bool]]:
         level = np.where(np.isin(rows.curve, curves), factor * rows.rms, rows.rms)
         yield fault, rows._replace(rms=level), False
     block = fit_of(model.scenario).curves or ()
-    for i, j in combinations(range(len(block)), 2):
+    for i, j in combinations(suspected, 2):
         fault = f"the levels of {curve_names((i, j))} seem to be exchanged"
         level = rows.rms.copy()
         for curve, other in ((i, j), (j, i)):
@@ -755,22 +796,22 @@ def possible_faults(model: CurveModel) -> Iterator[tuple[str, CurveRows, bool]]:
             level[here] = block[other].base_rms(rows.frequency[here])
         yield fault, rows._replace(rms=level), True
     every = tuple(range(len(block)))
-    for curves in sorted({every, *((i,) for i in every)}):
+    for curves in sorted({every, *((i,) for i in suspected)}):
         fault = f"T_a and T_x of {curve_names(curves)} seem to be exchanged"
         ratio = np.where(np.isin(rows.curve, curves), 1 - rows.ratio, rows.ratio)
         yield fault, rows._replace(ratio=ratio), True
 
 
-def curves_of_levels(model: CurveModel) -> list[tuple[int, ...]]:
+def curves_of_levels(model: CurveModel, suspected: Sequence[int]) -> list[tuple[int, ...]]:
     """Return the curves whose level may be wrong: each, and those of one stated level together.
 
     A common factor of all levels cannot be seen.
     """
     stated = [curve.level for curve in fit_of(model.scenario).curves or ()]
     together = {
-        tuple(i for i, other in enumerate(stated) if other == level) for level in set(stated)
+        tuple(i for i, other in enumerate(stated) if other == stated[j]) for j in suspected
     }
-    each = {(i,) for i in range(len(stated))}
+    each = {(i,) for i in suspected}
     return sorted(curves for curves in each | together if len(curves) < len(stated))
 
 

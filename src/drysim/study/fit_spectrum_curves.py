@@ -61,6 +61,7 @@ from drysim.study.fit_curves import (
     final_fit,
     follow_starts,
     read_model,
+    suspects,
     with_level,
 )
 from drysim.study.fit_law import Steps
@@ -779,7 +780,7 @@ class SpectrumFit(CurveFit):
             solution.squares.solve(solution.x)
         ).values()
         residuals = difference[mask] / solution.squares.noise[CURVES]
-        is_wrong, together = False, curves_of_levels(self.model)
+        is_wrong, together = False, curves_of_levels(self.model, suspects(self))
         for curves in together:
             column = self.slope_by_level(curves)[mask]
             column -= slopes @ (solution.covariance @ (slopes.T @ column))

@@ -163,17 +163,24 @@ def other_solution(law_fit: CurveFit, parameters: Sequence[Parameter]) -> str:
 def cause_of_bad_fit(law_fit: LawFit, of_records: Sequence[WarningMessage]) -> str:
     """Return why the fitted motion may differ from the measured one; empty if it does not."""
     is_bad = law_fit.error > BAD_FIT
-    if isinstance(law_fit, SpectrumFit):
-        return law_fit.wrong_level or UNKNOWN_FAULT_OF_CURVES * is_bad
     if isinstance(law_fit, CurveFit):
-        is_white = abs(white_score(law_fit, CURVES)) <= WHITE
-        cause = "" if is_white or law_fit.error < EXACT else fit_curves.likely_fault(law_fit)
-        return cause or UNKNOWN_FAULT_OF_CURVES * is_bad
+        cause = cause_of_bad_curves(law_fit)
+        if cause or not is_bad:
+            return cause
+        return UNKNOWN_FAULT_OF_CURVES + fit_curves.untried(law_fit)
     if is_noise(law_fit.solution, FAULT_MARGIN):
         return ""
     clipped = any(warning.slug == CLIPPED for warning in of_records)
     unknown = "clipped samples are not those of the motion" if clipped else UNKNOWN_FAULT
     return likely_fault(law_fit) or (unknown if clipped or is_bad else "")
+
+
+def cause_of_bad_curves(law_fit: CurveFit) -> str:
+    """Return the fault of curves that explains their residuals; empty if none does."""
+    if isinstance(law_fit, SpectrumFit):
+        return law_fit.wrong_level
+    is_white = abs(white_score(law_fit, CURVES)) <= WHITE
+    return "" if is_white or law_fit.error < EXACT else fit_curves.likely_fault(law_fit)
 
 
 def white_score(law_fit: LawFit, name: str) -> float:
