@@ -277,14 +277,15 @@ def test_check_of_a_quantile_of_few_seeds_is_a_warning(noisy, quantile, seeds):
     text = f"x_r_peak {quantile} < 45 mm"
     assert Check.parse(text).least_seeds == seeds
 
-    def sentences(count, **changes):
+    def sentences(count, is_swept=True, **changes):
         scenario = load(noisy, {"checks": [text], SEEDS: count, **changes})
-        warnings = scenario_warnings(scenario)
+        warnings = scenario_warnings(scenario, swept=is_swept)
         return [one.sentence for one in warnings if one.slug == "quantile-of-few-seeds"]
 
     assert not sentences(seeds)
     swept = {SEEDS: [max(2, seeds - 1), 2 * seeds]}
     assert bool(sentences(seeds, sweep=swept)) == (seeds > 2)
+    assert not sentences(seeds, is_swept=False, sweep=swept)  # of `drysim run`
     if seeds > 2:
         design = {"vary": {"oscillator.damping": {"from": 100, "to": 900}}, "minimise": "T_a"}
         limits = {"checks": [], "design": design | {"within": [text]}}

@@ -575,7 +575,8 @@ def _metric_inputs(scenario: Scenario, point: Point) -> tuple[object, ...]:
 def _check_warnings(scenario: Scenario, swept: bool) -> Iterator[WarningMessage]:
     """Warn of checks that always or never hold, are duplicates or contradict each other."""
     accepted: dict[str, list[Check]] = {}
-    seeds = least_seeds_of(scenario)
+    solved = scenario if swept else scenario.copy_with({"sweep": ()})
+    seeds = least_seeds_of(solved)
     over_draws = are_draws(scenario.sweep) and seeds == 1
     draws = count_points(scenario.sweep) if over_draws and swept else 0
     for i, check in enumerate(scenario.checks):
