@@ -70,7 +70,8 @@ def test_words_name_approaches_and_vs_is_dropped() -> None:
          "unknown approach or friction law `seat.yaml`",
          "name the scenario last: `drysim compare signum vs stick-slip seat.yaml`"),
         (["signum"], "needs two approaches", "add one of"),
-        (["vs"], "needs two approaches", "add one of"),
+        (["vs"], "needs two approaches", "give two of"),
+        ((), "needs two approaches", "give two of"),
         (["signum", "vs", "signum"], "`signum` is named twice", "another"),
     ],
 )  # fmt: skip
@@ -78,7 +79,7 @@ def test_words_that_name_no_comparison_are_said(
     words: list[str], sentence: str, hint: str
 ) -> None:
     with pytest.raises(UsageError, match=sentence) as fault:
-        compare(scene(), words)
+        compare(scene(), *([words] if words else []))
     assert hint in fault.value.hint
 
 

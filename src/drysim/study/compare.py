@@ -228,14 +228,14 @@ def parse_names(text_or_names: str | Sequence[str]) -> tuple[str, ...]:
         others = ", ".join(name for name in KNOWN_NAMES if name not in names)
         raise UsageError(
             "a comparison needs two approaches or laws, such as `signum vs stick-slip`",
-            f"add one of {others}",
+            f"{'add one' if names else 'give two'} of {others}",
         )
     return tuple(names)
 
 
 def compare(
     scenario: Scenario,
-    names: str | Sequence[str],
+    names: str | Sequence[str] = (),
     *more: str,
     workers: int | None = None,
     finished: BatchCallback = ignore_batch,
@@ -268,10 +268,10 @@ def compare(
     ScenarioError
         When the scenario lacks a key of a law.
     """
+    require_scenario(scenario)
     if more:
         names = [*([names] if isinstance(names, str) else names), *more]
     names = parse_names(names)
-    require_scenario(scenario)
     case = prepare(scenario.variant(names[-1]), compared=True, swept=True)
     return solve(scenario, case, names, workers=workers, finished=finished)
 
