@@ -97,9 +97,12 @@ def test_stroke_violation_on_the_way_to_the_orbit_is_a_warning(seat):
 
 def test_motion_that_never_settles_is_said_to_be_so(seat):
     words = {"friction": None, "oscillator__damping": 0, "measure": {"steady": True}}
-    outcome = outcome_of(seat, **words)
+    checks = ["T_a < 1e9", "closure < 1", "T_a < 1 at status == ok"]
+    outcome = outcome_of(seat, **words, checks=checks)
     assert slugs(outcome)[0] == "not-settled"
     assert outcome.warnings[0].numbers["closure"] == outcome.metrics["closure"] > 1e-6
+    assert [verdict.passed for verdict in outcome.checks] == [False, True, None]
+    assert outcome.checks[0].reason == "not settled: T_a is not known"
 
 
 def test_block_that_walks_on_for_ever_is_told_what_it_does_and_reaches_no_orbit(seat):

@@ -122,7 +122,7 @@ class LyapunovExponent:
         if self.chaotic:
             return "chaotic: nearby motions diverge exponentially"
         if self.high < 0.0:
-            return "not chaotic: nearby motions converge"
+            return "not chaotic: nearby motions do not diverge"
         return "undecided whether it is chaotic"
 
 

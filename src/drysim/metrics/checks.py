@@ -179,14 +179,15 @@ class Check:
         level = float(self.judges[1:]) / 100.0
         return np.quantile(values, level, axis=0, method="median_unbiased")
 
-    def judge(self, metrics: Metrics) -> Verdict:
+    def judge(self, metrics: Metrics, status: str = OK) -> Verdict:
         """Return the verdict on a single case; an unknown metric fails the check.
 
-        A check whose conditions exclude the case is not judged.
+        A check whose conditions exclude the case is not judged. `status` is that of the case.
         """
-        if not self.applies({}):
+        lost = status != OK
+        if not self.applies({STATUS: 1.0} if lost else {}):
             return self.skipped("the condition is not met")
-        return self.verdict(metrics.get(self.metric), None)
+        return self.verdict(metrics.get(self.metric), None, status if lost else "")
 
     def skipped(self, reason: str) -> Verdict:
         """Return the verdict where the check is not judged."""
@@ -275,7 +276,7 @@ class Check:
         `status` is the reason for missing metrics.
         """
         if value is None or math.isnan(value):
-            here = "" if where else " here"
+            here = "" if where or status else " here"
             why = f"{status}: " if status else ""
             return Verdict(self, False, None, where, f"{why}{self.metric} is not known{here}")
         return Verdict(self, bool(self.holds(value)), value, where)

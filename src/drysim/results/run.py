@@ -100,10 +100,9 @@ def run_scene(outcome: Outcome) -> Iterator[tuple[str, str]]:
         away = ""
         if numerics.distance is not None:
             away = f", distance to the orbit {format_number(numerics.distance, digits=2)}"
-        yield (
-            "window",
-            f"one repetition of the periodic orbit ({long}), closure {closure}{away}",
-        )
+        is_settled = all(warning.slug != "not-settled" for warning in outcome.warnings)
+        motion = "the periodic orbit" if is_settled else "a motion that has not settled"
+        yield "window", f"one repetition of {motion} ({long}), closure {closure}{away}"
     else:
         yield "window", _describe_window(outcome)
     if (spectra := outcome.spectra) is not None:

@@ -57,14 +57,15 @@ if TYPE_CHECKING:
     from drysim.metrics.spectra import Spectra, TransferEstimate
 
 
-SolvedMotion = tuple[Response, tuple[float, float], tuple[WarningMessage, ...]]
-"""Response, window of the metrics [s], and warnings."""
+SolvedMotion = tuple[Response, tuple[float, float], tuple[WarningMessage, ...], str]
+"""Response, window of the metrics [s], warnings, and status: `ok`, or why there is no steady
+state whose metrics a check could judge."""
 
 
 def solve(case: Case) -> Outcome:
     """Solve a prepared case."""
     choose_engine(case_cost(case), case.kernels)
-    response, window, motion_warnings = (
+    response, window, motion_warnings, status = (
         march_from_start(case) if case.period is None else periodic_motion(case)
     )
     trajectory = trajectory_of_response(response)
@@ -77,6 +78,7 @@ def solve(case: Case) -> Outcome:
     whole = metrics
     if includes_settling:
         whole = measure(trajectory, (0.0, window[1]), case.limits, run_end=trajectory.end)
+    judged = metrics if status == OK else unknown_metrics(closure)
     warnings = response_warnings(
         response, whole, case.limits, includes_settling, metrics["x_r_peak"]
     )
@@ -84,7 +86,7 @@ def solve(case: Case) -> Outcome:
         case.scenario,
         response,
         metrics,
-        tuple(check.judge(metrics) for check in case.scenario.checks),
+        tuple(check.judge(judged, status) for check in case.scenario.checks),
         (
             *case.warnings,
             *motion_warnings,
@@ -101,8 +103,8 @@ def march_from_start(case: Case) -> SolvedMotion:
     approach = case.approach
     scene = (case.plant, case.law, case.run_motion, case.start, case.step, case.end)
     if isinstance(approach, ExactApproach):
-        return approach.solve(*scene, whole=False), case.window, ()
-    return approach.solve(*scene), case.window, ()
+        return approach.solve(*scene, whole=False), case.window, (), OK
+    return approach.solve(*scene), case.window, (), OK
 
 
 def periodic_motion(case: Case) -> SolvedMotion:
@@ -135,7 +137,8 @@ def periodic_motion(case: Case) -> SolvedMotion:
         *orbit_warnings(orbit, case, exponent),
         *other_motion_warnings(case),
     )
-    return replace(response, numerics=numerics), (0.0, length), motion_warnings
+    status, _ = orbit_status(case, orbit)
+    return replace(response, numerics=numerics), (0.0, length), motion_warnings, status
 
 
 def other_motion_warnings(case: Case) -> Iterator[WarningMessage]:
@@ -255,18 +258,31 @@ def measure_motion(case: Case, start: AnyState) -> SolvedCase:
         observed, last = observe_motion(case, start)
         return (evaluate(observed), OK, ""), last
     orbit, step = periodic_orbit(case, start)
-    unknown: Values = {metric.name: None for metric in METRICS}
-    unknown["closure"] = orbit.closure
-    # A fixed-step orbit is measured even if it does not close: `closure` shows it.
-    if isinstance(case.approach, ExactApproach):
-        if not orbit.settled:
-            return (unknown, NOT_SETTLED, Status.NOT_SETTLED.sentence(t=orbit.run_up)), start
-        if not orbit.unique:
-            return (unknown, NOT_UNIQUE, Status.NOT_UNIQUE.sentence()), start
+    status, note = orbit_status(case, orbit)
+    if status != OK:
+        return (unknown_metrics(orbit.closure), status, note), start
     window = (0.0, orbit.periods * case.period)
     trajectory, weighted = solve_and_weight(case, orbit.state, step, window, window[1])
     metrics = evaluate(observe_window(case, trajectory, window, orbit.closure, weighted))
     return (metrics, OK, ""), orbit.state
+
+
+def orbit_status(case: Case, orbit: Orbit) -> tuple[str, str]:
+    """Return the status of an orbit, and why it is not a steady state; empty if it is one.
+
+    A fixed-step orbit is measured even if it does not close: `closure` shows it.
+    """
+    if isinstance(case.approach, ExactApproach):
+        if not orbit.settled:
+            return NOT_SETTLED, Status.NOT_SETTLED.sentence(t=orbit.run_up)
+        if not orbit.unique:
+            return NOT_UNIQUE, Status.NOT_UNIQUE.sentence()
+    return OK, ""
+
+
+def unknown_metrics(closure: float | None) -> Values:
+    """Return the metrics of an orbit that is not a steady state: only its closure is known."""
+    return {metric.name: None for metric in METRICS} | {"closure": closure}
 
 
 def observe_window(
