@@ -475,11 +475,13 @@ def stopped(monkeypatch):
 
 
 def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path, monkeypatch):
-    words = ("run", noisy, "--set", f"{SEEDS}=9", "--no-plots", "--out")
+    check = "--set", "checks=[T_a < 1e9]"
+    words = ("run", noisy, "--set", f"{SEEDS}=9", *check, "--no-plots", "--out")
     assert drysim(*words, "whole").code == 0
     with stopped(monkeypatch):
         answer = drysim(*words, "part", "--workers", 1)
     assert answer.code == 130
+    assert "T_a < 1e9; not decided before all seeds are computed" in answer.out
     assert "8 finished seeds are kept in part.partial" in answer.err
     assert "  state       incomplete: 8 of 9 seeds\n" in answer.out
     told = fields_of("part.partial")

@@ -452,13 +452,17 @@ def test_an_interrupted_sweep_goes_on_where_it_was(drysim, noisy, tmp_path, monk
         return solve_seeds(*words)
 
     monkeypatch.setattr(study_plan, "solve_seeds", stopped)
-    answer = drysim("sweep", noisy, "--no-plots", "--out", "part", "--workers", 1)
+    checks = "--set", "checks=[T_a < 1e9, T_a < 1e-9]"
+    answer = drysim("sweep", noisy, "--no-plots", "--out", "part", "--workers", 1, *checks)
     assert answer.code == 130
     assert "2 finished cases are kept" in answer.err
     assert "  state       incomplete: 2 of 6 cases\n" in answer.out
+    assert "· skipped   T_a < 1e9; not decided before all cases are computed" in answer.out
+    assert "✗ fails     T_a < 1e-9 in 2 of 2 cases" in answer.out
+    assert "best " not in answer.out
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
-    assert drysim("sweep", noisy, "--no-plots", "--out", "part", "--resume").code == 0
+    assert drysim("sweep", noisy, "--no-plots", "--out", "part", "--resume", *checks).code == 1
     one, other = (tmp_path / name / "transmissibility.csv" for name in ("whole", "part"))
     assert one.read_bytes() == other.read_bytes()
 

@@ -193,6 +193,10 @@ class Check:
         """Return the verdict where the check is not judged."""
         return Verdict(self, None, None, reason=reason)
 
+    def undecided_before_all(self, things: str) -> Verdict:
+        """Return the verdict while some cases or seeds, which may decide, are not computed."""
+        return self.skipped(f"not decided before all {things} are computed")
+
     def applicable(self, points: Mapping[str, Column], count: int) -> Column:
         """Return the cases to which the check applies, as booleans of shape (count,).
 

@@ -128,7 +128,8 @@ def answers(table: Table) -> Iterator[str]:
     """Yield the ranges of the main metrics, and the best cases of a sweep of designs."""
     tally = _main_tally(table)
     if tally.ends:
-        yield f"Over all cases: {format_metric_ranges(tally.ends)}."
+        cases = "all cases" if table.complete else "the cases computed so far"
+        yield f"Over {cases}: {format_metric_ranges(tally.ends)}."
     for name, best in table.answers:
         yield f"{name}: {best.result}, {best.describe(table.axes)}"
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, ClassVar
 from drysim.approach.solution import Events, Response
 from drysim.core import compile
 from drysim.errors import SolverError, WarningMessage
-from drysim.metrics.checks import MEAN, Verdict
+from drysim.metrics.checks import EVERY_SEED, MEAN, Verdict
 from drysim.metrics.table import Values
 from drysim.metrics.text import format_metrics
 from drysim.parallel import WorkerPool, worker_count
@@ -229,6 +229,9 @@ def make_ensemble(case: Case, seeds: Batch, complete: bool = True) -> Ensemble:
         if statistic:
             width, count, numbers = statistic.half_width, statistic.seeds, good.points[SEED_KEY]
             verdict = with_seeds(verdict, width, count, values, numbers)
+        is_final = check.judges == EVERY_SEED and verdict.failed_seeds
+        if not complete and not is_final:
+            verdict = check.undecided_before_all("seeds")
         verdicts.append(verdict)
     warnings = tuple(ensemble_warnings(case, seeds, by_metric, verdicts, shown))
     rows = Rows([seeds])

@@ -424,6 +424,13 @@ def make_table(
     if are_draws(scenario.sweep):
         batches = [each for each in rows.batches if each.approach == case.scenario.label]
         verdicts = tuple(verdict_over_draws(verdict, batches) for verdict in verdicts)
+    if not complete:
+        verdicts = tuple(
+            verdict
+            if verdict.failed and not verdict.is_quantile_of_draws
+            else verdict.check.undecided_before_all("cases")
+            for verdict in verdicts
+        )
     return Table(
         scenario,
         scenario.sweep,

@@ -159,9 +159,13 @@ class Table(Result):
 
         None unless the cases are designs to choose from: under the same base motion or the same
         records, and limited by a stroke limit or by checks. A static ratio known within bounds
-        only is no choice, nor are the draws of a fit.
+        only is no choice, nor are the draws of a fit. None before all cases are computed.
         """
-        if self.jumps is not None or any(axis.source is not None for axis in self.axes):
+        if (
+            not self.complete
+            or self.jumps is not None
+            or any(axis.source is not None for axis in self.axes)
+        ):
             return None
         tally, limits = self._judged_tally, self.scenario.checks or self.scenario.stroke
         designs = [axis for axis in self.axes if axis.key != FILE_KEY]
@@ -173,7 +177,7 @@ class Table(Result):
         if objective is None:
             return None
         extreme, over_records = tally.best.get(objective), None
-        if len(designs) < len(self.axes) and self.complete:
+        if len(designs) < len(self.axes):
             over_records = self._best_design(tally, objective)
         closest = None if extreme else self._closest(tally, 1, 1)
         row = extreme and extreme.row
@@ -255,11 +259,15 @@ class Table(Result):
 
     @property
     def has_frequency_curves(self) -> bool:
-        """Whether the frequency is swept by itself and T_a is known in some case."""
+        """Whether all of the frequency is swept by itself, and T_a is known in some case."""
         has_values = self.own_tally is not None and "T_a" in self.own_tally.extremes
-        return has_values and any(
-            axis.key == FREQUENCY_KEY and len(axis.values) > 1 and not axis.group
-            for axis in self.axes
+        return (
+            self.complete
+            and has_values
+            and any(
+                axis.key == FREQUENCY_KEY and len(axis.values) > 1 and not axis.group
+                for axis in self.axes
+            )
         )
 
     @property
