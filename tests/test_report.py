@@ -474,6 +474,13 @@ def test_report_needs_no_record(drysim, place):
     assert METRICS_BY_NAME["T_a"].about in page.text
 
 
+def test_code_in_a_remark_is_shown_as_code(drysim, place):
+    assert drysim("init", "seat-on-em1").code == 0
+    assert drysim("run", "seat-on-em1.yaml", "--no-plots", "--report", "-o", "out").code == 0
+    page = (place / "out/report.html").read_text("utf-8")
+    assert "it needs a high-pass: <code>remove: {below: 0.3 Hz}</code>" in page
+
+
 def test_report_needs_no_record_of_a_force(drysim, place):
     Path("force.csv").write_text("t [s],N [N]\n0,100\n1,120\n2,100\n3,100\n")
     force = "normal_record: {file: force.csv, column: N, time: t}"
