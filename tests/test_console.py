@@ -667,11 +667,14 @@ def test_counting_costs_next_to_nothing_where_nobody_watches():
             advance()
 
 
-def test_long_range_stays_apart_from_its_remark(capsys):
-    rows = [Row("T_a", "1.2", "least"), Row("stuck", "below 0.1 % to 23.6 %", "most at 1 Hz")]
+def test_long_label_and_long_range_stay_apart_from_what_follows(capsys):
+    rows = [
+        Row("T_a", "1.2", "least"),
+        Row("no dry friction", "below 0.1 % to 23.6 %", "most at 1 Hz"),
+    ]
     print_rows(stdout(), rows, 20)
     short, long = capsys.readouterr().out.splitlines()[1:]
-    assert "23.6 % most at 1 Hz" in long
+    assert "no dry friction  below 0.1 % to 23.6 %  most at 1 Hz" in long
     assert short.index("least") == long.index("most")
 
 

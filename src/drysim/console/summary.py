@@ -143,9 +143,11 @@ def print_rows(console: AnyConsole, rows: Sequence[Row], width: int) -> None:
     """Print rows: label, value, explanation.
 
     The values take at least `width` columns. An explanation that does not fit continues below.
+    Two blanks end a label beyond the usual width, and a value with an explanation.
     """
-    label_width = max([LABEL_WIDTH, *(len(row.label) + 3 for row in rows)])
-    width = max([width, *(len(row.value) + 1 for row in rows if row.remark)])
+    longest = max(len(row.label) for row in rows)
+    label_width = LABEL_WIDTH if longest + 3 <= LABEL_WIDTH else longest + 4
+    width = max([width, *(len(row.value) + 2 for row in rows if row.remark)])
     print_line(console)
     for row in rows:
         label, value = f"  {row.label}".ljust(label_width), row.value.ljust(width)

@@ -184,7 +184,7 @@ def run_rows(outcome: Outcome) -> Iterator[Row]:
         first = format_number(metrics["t_first_violation"], "s")
         when = f"first at {first}, for a total of {format_number(metrics['t_beyond'], 's')}"
         count = format_times_by_side(metrics, "violations", stroke.limits)
-        yield Row("limit", f"exceeded {count},", when, BAD)
+        yield Row("limit", f"exceeded {count}", when, BAD)
     events = format_count(len(outcome.response.events), "event")
     yield _metric_value_row(metrics, "stuck_share", events)
     yield Row("energy", describe_residual(metrics["energy_residual"]))
