@@ -97,6 +97,28 @@ def test_what_the_record_does_not_show_is_left_open_and_reported(
     assert f"excitation.{key} has no value" in answer.out
 
 
+@pytest.mark.parametrize("row", [52, 1502])
+@pytest.mark.parametrize("torn", ["0.1", "0,1,,", "ERROR,overflow", "t [s],a [m/s2]"])
+def test_damaged_row_is_named_and_costs_no_other(drysim, refused, tmp_path, row, torn):
+    lines = ("t [s],a [m/s2]\n" + rows(T, FLOOR)).splitlines(keepends=True)
+    (tmp_path / "torn.csv").write_text("".join([*lines[: row - 1], torn + "\n", *lines[row:]]))
+    said = refused("init", "--from", "torn.csv")
+    assert said.count(f": row {row}") == 1
+    assert "if it is no sample, delete it" in said
+    mended = drafted(drysim, "mended.csv", "".join(lines[: row - 1] + lines[row:]))
+    assert mended["gaps"].is_certain
+    assert drysim("validate", "draft.yaml").code == 0
+
+
+@pytest.mark.parametrize(("first", "acc"), [("A", "0.1"), ("start", "0.1"), ("", "--")])
+def test_text_in_the_first_row_hides_no_header(drysim, tmp_path, first, acc):
+    header, begin, *others = ("t [s],a (g)\n" + rows(T, FLOOR)).splitlines()
+    text = [header + ",gps", f"{begin.split(',')[0]},{acc},{first}", *(x + "," for x in others)]
+    keys = drafted(drysim, "text.csv", "\n".join(text))
+    assert not keys.keys() & {"skip", "unit"}
+    assert keys["time"].value == "t"
+
+
 def test_integer_wav_needs_its_full_scale(drysim, tmp_path):
     with wave.open("floor.wav", "wb") as stream:
         stream.setparams((1, 2, 1000, 0, "NONE", ""))

@@ -105,7 +105,7 @@ def test_message_about_a_link_names_row_and_column_and_40_characters_of_a_cell_a
     (tmp_path / "target").write_text(f"t [s],a [m/s2]\n0,1\n1,{cell}\n")
     (tmp_path / "r.csv").symlink_to("target")
     said = f"row 3, column 2 (`a [m/s2]`): `{shown}` is not a number"
-    assert refusal(tmp_path) == said
+    assert refusal(tmp_path).partition(";")[0] == said
 
 
 def test_pipe_and_socket_are_no_records_and_nobody_waits(tmp_path, monkeypatch):

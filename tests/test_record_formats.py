@@ -874,7 +874,7 @@ def test_mdf_of_another_version_or_without_samples_is_refused_with_a_sentence(tm
     assert "(`time of none`) has no samples" in refused(tmp_path, "r.mf4", channel=1, unit="g")
     inspected = inspect_record(tmp_path / "r.mf4")
     assert [one.name for one in inspected.columns] == ["acc"]
-    assert "left out: channel 1 (`none`) has no samples" in inspected.layout
+    assert "channel 1 (`none`) is left out: has no samples" in inspected.layout
 
 
 def first_link(whole, kind, start=0):

@@ -33,6 +33,7 @@ from drysim.records.clean import (
 from drysim.records.clock import is_time_name, is_unit, unit_in_name, unit_of_values
 from drysim.records.columns import (
     ALL_ROWS,
+    Cell,
     Columns,
     Format,
     PrintedTimes,
@@ -51,10 +52,11 @@ from drysim.records.layout import (
     read_preamble,
     runs_across_rows,
     sensors_in_turn,
+    skips_samples,
 )
 from drysim.records.level import Level, measure_level
 from drysim.records.options import LARGE_MEAN, SUGGESTED_HIGH_PASS
-from drysim.records.text import MAX_ROWS_EXAMINED, TextTable
+from drysim.records.text import MAX_ROWS_EXAMINED, NO_SAMPLE, TextTable, is_number
 from drysim.records.warnings import describe_wrong_unit
 from drysim.units import conversion_factor, is_common_unit
 from drysim.wording import format_count, format_number
@@ -149,6 +151,7 @@ def inspect_record(path: Path) -> Inspection:
     clocks, turns = _clock_columns(columns), _label_columns(columns)
     values: dict[int, Floats] = {}
     codes: dict[int, float] = {}
+    faults: dict[int, RecordError] = {}
     for index in columns.series():
         if index in clocks | turns:
             continue
@@ -158,14 +161,14 @@ def inspect_record(path: Path) -> Inspection:
                 codes[index], x = code, np.where(x == code, np.nan, x)
             values[index] = x
         except RecordError as error:
-            layout.append(f"left out: {error.message}")
+            faults[index] = error
+            layout.append(_describe_fault(columns, index, error))
     if not values:
-        raise columns.error("; ".join([f"there is no {columns.word} of numbers", *layout[1:]]))
+        raise _no_samples(columns, faults, layout[1:])
     time, grid, of_time = _propose_times(columns, values, clocks)
     summaries = [_summarise(columns, i, x) for i, x in values.items() if i != time]
     if not summaries:
-        sentence = f"there is no {columns.word} of numbers besides the time"
-        raise columns.error("; ".join([sentence, *layout[1:]]))
+        raise _no_samples(columns, faults, layout[1:], " besides the time")
     count = max(len(values[summary.column]) for summary in summaries)
     rate = "" if grid is None else f" at {1 / grid.dt:.6g} Hz, {count * grid.dt:.4g} s"
     layout.insert(1, format_count(count, "sample") + rate)
@@ -194,6 +197,31 @@ def inspect_record(path: Path) -> Inspection:
     return Inspection(tuple(layout), tuple(summaries), tuple(proposals))
 
 
+def _begins_with_number(columns: Columns, index: int) -> bool:
+    """Return whether the first row of a text table has a number in a column."""
+    if not isinstance(columns, TextTable):
+        return False
+    return is_number(Cell(columns.end_texts(index)[0], 1))
+
+
+def _describe_fault(columns: Columns, index: int, error: RecordError) -> str:
+    """Return why a column is left out; the remedy for a damaged row is not for one of text."""
+    name = columns.describe_column(index)
+    fault = error.message.removeprefix(f"{name} ").replace(f", {name}:", ":", 1)
+    if not _begins_with_number(columns, index):
+        fault = fault.partition(NO_SAMPLE)[0]
+    return f"{name} is left out: {fault}"
+
+
+def _no_samples(
+    columns: Columns, faults: Mapping[int, RecordError], layout: list[str], besides: str = ""
+) -> RecordError:
+    """Return the error of the first damaged row, or else that there is no series."""
+    damaged = (error for i, error in faults.items() if _begins_with_number(columns, i))
+    sentence = f"there is no {columns.word} of numbers{besides}"
+    return next(damaged, columns.error("; ".join([sentence, *dict.fromkeys(layout)])))
+
+
 def _find_columns(path: Path) -> tuple[Columns, list[Proposal]]:
     """Return the columns of the rows that are samples, and the keys that select these rows."""
     file, member = open_with_format(path)
@@ -206,8 +234,10 @@ def _select_rows(
     """Return the columns of the rows that are samples, and the keys that select these rows."""
     proposals, rows, reasons = [], dict[str, object](), []
     if file.skip:
-        reason = "rows above the header or the first numbers"
-        proposals.append(Proposal("skip", file.skip, reason))
+        reason, is_certain = "rows above the header or the first numbers", True
+        if isinstance(columns, TextTable) and skips_samples(columns):
+            reason, is_certain = "rows above the header, with numbers in all columns", False
+        proposals.append(Proposal("skip", file.skip, reason, is_certain))
     if not isinstance(columns, TextTable):
         return columns, proposals
     if file.rows.start:

@@ -8,7 +8,7 @@ series that runs across the rows goes on from the end of a row to the beginning 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import islice, pairwise
 from typing import NamedTuple
@@ -37,6 +37,7 @@ from drysim.records.text import (
     content_lines,
     end_of_rows,
     header_error,
+    is_header,
     is_number,
     is_word,
     raw_lines,
@@ -200,55 +201,91 @@ def find_rows(file: RecordFile, member: Format) -> tuple[RecordFile, Columns]:
     RecordError
         If no rows of numbers follow, or the file cannot be read for another reason.
     """
+    attempts = list[RecordFile]()
     try:
         columns = member.columns(file)
-        if _has_numbers(columns):
+        fault = _fault_of_rows(columns)
+        if fault is None:
             return file, columns
-        fault = columns.error("there are no rows of numbers")
+        is_first = isinstance(columns, TextTable) and fault.problem.line <= columns.line
     except RecordError as error:
-        fault = error
+        fault, is_first = error, True
     if "skip" not in member.unused_keys:
         first = fault.problem.line + 1  # a row of words below a header
-        attempts = [replace(file, rows=RowSelection(first))] * (first > 2)
+        attempts = [replace(file, rows=RowSelection(first))] * (is_first and first > 2)
         attempts += [replace(file, skip=skip) for skip in range(1, MAX_ROWS_EXAMINED)]
-        for attempt in attempts:
-            try:
-                columns = member.columns(attempt)
-            except RecordError:
-                continue
-            if _has_numbers(columns) and not (attempt.rows.start and _is_title(columns)):
-                if attempt.skip and isinstance(columns, TextTable):  # empty rows, too
-                    attempt = replace(attempt, skip=(columns.header_line or columns.line) - 1)
-                return attempt, columns
+    for attempt in attempts:
+        try:
+            columns = member.columns(attempt)
+        except RecordError:
+            continue
+        if _fault_of_rows(columns) is None and not (attempt.rows.start and _is_title(columns)):
+            if attempt.skip and isinstance(columns, TextTable):  # empty rows, too
+                if not columns.header_line and skips_samples(columns):
+                    continue
+                attempt = replace(attempt, skip=(columns.header_line or columns.line) - 1)
+            return attempt, columns
     raise fault
 
 
-def _has_numbers(columns: Columns) -> bool:
-    """Whether the first rows of a text table have numbers in the same columns throughout."""
+def skips_samples(table: TextTable) -> bool:
+    """Return whether a row above a table has a number in each of its columns."""
+    top = table.file._replace(begin=0, line=1)
+    above = islice(content_lines(top), (table.header_line or table.line) - 1)
+    rows = (split_cells(text, table.delimiter) for _, _, text in above)
+    return any(len(cells) == table.width and all(map(is_number, cells)) for cells in rows)
+
+
+MAX_TORN = 0.1
+"""Share of the rows examined that may be damaged in a table of samples."""
+
+MIN_SAMPLES_ABOVE = 10
+"""Samples above a row of words from which it is damage, or a repeated header. A row of words
+below fewer rows of numbers is the header, and these belong to the preamble."""
+
+
+def _fault_of_rows(columns: Columns) -> RecordError | None:
+    """Return the error of a text table whose first rows are not samples, but for a few."""
     if not isinstance(columns, TextTable):
-        return True
+        return None
     foot = find_foot(columns)
     samples = ((line, x) for line, x in columns.rows() if not foot or line < foot.first)
     rows = [cells for _, cells in islice(samples, MAX_ROWS_EXAMINED) if cells]
-    if not rows or any(len(cells) != columns.width for cells in rows):
-        return False
-    first, last = (
-        {i for i, cell in enumerate(cells) if is_number(cell) or MISSING.fullmatch(cell.text)}
-        for cells in (rows[0], rows[-1])
-    )
-    return bool(last) and last <= first and not any(_is_of_words(cells, last) for cells in rows)
+    whole = [cells for cells in rows if len(cells) == columns.width]
+    numeric = [
+        index
+        for index in range(columns.width)
+        if 2 * sum(cells[index].text != "" and _may_be_number(cells[index]) for cells in whole)
+        > len(whole)
+    ]
+    if not numeric:
+        return columns.error("there are no rows of numbers")
+    is_sample = [
+        len(cells) == columns.width and all(_may_be_number(cells[index]) for index in numeric)
+        for cells in rows
+    ]
+    if (
+        is_sample[0]
+        and any(is_sample[-3:])
+        and is_sample.count(False) <= MAX_TORN * len(rows)
+        and not any(map(is_header, rows[:MIN_SAMPLES_ABOVE]))
+    ):
+        return None
+    try:
+        columns.numbers(numeric)
+    except RecordError as error:
+        return error
+    return columns.error("there are no rows of numbers")
+
+
+def _may_be_number(cell: Cell) -> bool:
+    """Return whether a cell contains a number, or stands for a missing one."""
+    return is_number(cell) or MISSING.fullmatch(cell.text) is not None
 
 
 def _is_title(columns: Columns) -> bool:
     """Whether the header is one cell of several, as a title filled up with delimiters is."""
     return columns.width > 1 and sum(label.text != "" for label in columns.labels) == 1
-
-
-def _is_of_words(cells: Sequence[Cell], columns: Collection[int]) -> bool:
-    """Whether a row has words and no number in these columns, as a header has."""
-    cells = [cells[index] for index in columns]
-    words = [cell for cell in cells if not MISSING.fullmatch(cell.text)]
-    return bool(words) and not any(map(is_number, words))
 
 
 def lower_header_error(

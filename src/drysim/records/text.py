@@ -583,7 +583,7 @@ class TextTable(Columns):
             if number == line:
                 break
         sentence = f"row {line} has {format_count(cells, 'cell')}, not {self.width}"
-        return self.file.error(sentence, line)
+        return self.file.error(sentence + _row_remedy(self, line), line)
 
     def error(self, sentence: str, index: int | None = None) -> RecordError:
         """Return the error for the header, or for the header cell of one column."""
@@ -722,7 +722,7 @@ OVERLOAD = re.compile(r"(?i)[+-]?(?:ol|ovl|ovr|o\.l\.|over|overload|overrange|ov
 """Contents of a cell whose sample was beyond the range."""
 
 MISSING = re.compile(
-    rf"(?i)|[+-]?nan|na|n/a|n\.a\.|null|none|missing"
+    rf"(?i)|-+|[+-]?nan|na|n/a|n\.a\.|null|none|missing"
     rf"|{SPREADSHEET_ERROR.pattern}|{OVERLOAD.pattern[4:]}"
 )
 """Contents of a cell without a number."""
@@ -890,19 +890,32 @@ BEGIN_OF_NUMBER, BEGIN_OF_WORD = re.compile(r"[+-]?[.,]?\d"), re.compile(r"[^\W\
 def _not_a_sample(
     table: TextTable, line: int, index: int, cell: Cell, fault: str
 ) -> RecordError:
-    """Return the error for a cell without a number, with a remedy if it is in the last rows."""
+    """Return the error for a cell without a number, with a remedy if its row is no sample."""
     sentence = f"row {line}, {table.describe_column(index)}: {fault}"
-    if is_word(cell.text) and line > table.line and _ends_table(table, line):
-        sentence += f"; if it is no sample, `rows: {{to: {line - 1}}}` leaves it out"
+    if is_word(cell.text) or cell.text in (name.text for name in table.header[index:][:1]):
+        sentence += _row_remedy(table, line)
     return table.file.error(sentence, line, cell)
 
 
-def _ends_table(table: TextTable, line: int) -> bool:
-    """Return whether no row from a line on begins with a number, as at the foot of a table."""
-    foot = islice(
-        (cells for number, cells in table.rows() if number >= line), MAX_ROWS_EXAMINED
+def _row_remedy(table: TextTable, line: int) -> str:
+    """Return how to leave out a row that is no sample; empty if many rows below are like it."""
+    if line <= table.line:
+        return ""
+    rows_below = (cells for number, cells in table.rows() if number > line)
+    below = list(islice(rows_below, MAX_ROWS_EXAMINED))
+    samples = sum(len(x) == table.width and not is_word(x[0].text) for x in below)
+    if not samples:
+        return f"{NO_SAMPLE}`rows: {{to: {line - 1}}}` leaves it out"
+    if 2 * samples < len(below):
+        return ""
+    return (
+        f"{NO_SAMPLE}delete it (with `rate` or `step`: leave it empty), and `gaps` fills the "
+        f"gap; `rows: {{to: {line - 1}}}` reads the rows above it"
     )
-    return not any(cells and is_number(cells[0]) for cells in foot)
+
+
+NO_SAMPLE = "; if it is no sample, "
+"""Begin of the remedy for a damaged row."""
 
 
 def _describe_fault(cell: Cell, form: NumberForm, hint: str, is_clock: bool) -> str:
