@@ -355,11 +355,18 @@ def make_report(
     unit: str,
     numbers: Mapping[str, float],
 ) -> CleaningReport:
-    """Return the report of a step. Its sentence is extended by the RMS before and after."""
+    """Return the report of a step. Its sentence is extended by the RMS before and after.
+
+    The means have the decimal places of the RMS before: smaller ones do not matter.
+    """
     (mean, rms), (mean_after, rms_after) = _mean_and_rms(before), _mean_and_rms(after)
+    shown, shown_after = mean, mean_after
+    if rms > 0.0:
+        places = 3 - floor(log10(rms))
+        shown, shown_after = round(mean, places) or 0.0, round(mean_after, places) or 0.0
     full_sentence = (
         f"{sentence}; RMS about the mean {rms:.4g} before, {rms_after:.4g} {unit} after; mean "
-        f"{mean:.4g} before, {mean_after:.4g} {unit} after"
+        f"{shown:.4g} before, {shown_after:.4g} {unit} after"
     )
     return CleaningReport(step, full_sentence, rms, rms_after, mean, mean_after, numbers)
 
@@ -702,10 +709,11 @@ def remove(
     by = f" (zero-phase Butterworth of order {wanted.order})" if wanted.has_filters else ""
     removed = series.values[:] - remaining
     mean, drift = float(removed.mean()), float(removed[-1] - removed[0])
-    sentence = (
-        f"{join_words(removed_parts)} removed{by}: mean {mean:.4g} {unit}, drift from first to "
-        f"last sample {drift:+.4g} {unit}"
-    )
+    sentence = f"{join_words(removed_parts)} removed{by}"
+    if wanted.trend == "line" or wanted.below is not None:
+        sentence += (
+            f"; the removed part changes by {drift:+.4g} {unit} from first to last sample"
+        )
     if wanted.below is not None:
         edge = f"the first and the last {1 / wanted.below:.3g} s"
         sentence += f"; {edge} depend on how the record is continued beyond its ends"
