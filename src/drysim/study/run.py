@@ -138,6 +138,7 @@ def periodic_motion(case: Case) -> SolvedMotion:
         *other_motion_warnings(case),
     )
     status, _ = orbit_status(case, orbit)
+    status = OK if status == NOT_UNIQUE else status  # the one reached from the start
     return replace(response, numerics=numerics), (0.0, length), motion_warnings, status
 
 
