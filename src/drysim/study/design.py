@@ -35,6 +35,7 @@ from drysim.scenario.keys import numeric_keys
 from drysim.scenario.laws import LAWS
 from drysim.scenario.model import Scenario, provides
 from drysim.scenario.text import describe_point
+from drysim.scenario.validation import spoken_name
 from drysim.study.case import Case
 from drysim.study.outcome import Result, format_repr
 from drysim.study.plan import CaseRanges, Plan
@@ -446,7 +447,7 @@ def check_limits(scenario: Scenario) -> None:
     limits = [STROKE_LIMIT] * (within is None and scenario.stroke is not None)
     for i, limit in enumerate(scenario.checks if within is None else within):
         keys = (*head, i)
-        where = ".".join(map(str, keys))
+        where = spoken_name(keys)
         if limit.conditions:
             sentence = f"{where} has a condition, but limits hold for every design"
             raise scenario.error(f"{sentence}; give design.within", keys)
@@ -463,7 +464,7 @@ def check_limits(scenario: Scenario) -> None:
 
 def check_metric(scenario: Scenario, name: str, keys: tuple[str | int, ...]) -> None:
     """Raise a ScenarioError for a metric that the scenario does not have."""
-    where = ".".join(map(str, keys))
+    where = spoken_name(keys)
     if name in FIT_NAMES:
         raise scenario.error(f"{where}: {name} is known to `drysim fit` only", keys)
     for need in METRICS_BY_NAME[name].needs:
