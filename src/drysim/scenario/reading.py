@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 
 from drysim.block import field_descriptions
 from drysim.errors import Problem
-from drysim.messages import closest_match, did_you_mean, format_value
+from drysim.messages import closest_match, did_you_mean, format_value, shorten
 from drysim.scenario.keys import (
     Model,
     block_models,
@@ -199,6 +199,12 @@ class Reading:
     ) -> str | None:
         """Report an unknown key; return the key meant, if it is not in use."""
         fields = fields_by_key(model)
+        name, _, value = key.partition(" ")
+        if name in fields.keys() - block.keys() and value and block[key] is None:
+            sentence = f"a colon is missing: `{name}: {value}`"
+            self.fault(shorten(sentence, 100), (*path, key), at_key=True)
+            self.reported.add((*path, name))
+            return name
         nearest = closest_match(key, fields.keys() - block.keys()) or closest_match(key, fields)
         where = f" in {spoken_name(path)}" if path else ""
         if tag := discriminator(model):
