@@ -101,13 +101,13 @@ def test_way_to_fill_a_gap_that_is_proposed_fills_it(tmp_path, samples, step):
     assert len(part) == pytest.approx(2000 - 300 - samples, abs=1)
 
 
-@pytest.mark.parametrize("word", ["", "nan", "NaN", "-NAN", "NA", "n/a", "null"])
+@pytest.mark.parametrize("word", ["", "nan", "NaN", "-NAN", "NA", "n/a", "null", "--"])
 def test_gap_may_be_spelt_as_loggers_do(tmp_path, word):
     text = f"a [m/s2]\n1\n{word}\n3\n"
     assert motion_of(tmp_path, text, step="10 ms", **LINES).u_dd.tolist() == [1, 2, 3]
 
 
-@pytest.mark.parametrize("word", ["inf", "1e999", "oops", "--"])
+@pytest.mark.parametrize("word", ["inf", "1e999", "oops"])
 def test_what_is_no_number_is_no_gap(tmp_path, word):
     said = refused(tmp_path, f"a [m/s2]\n1\n{word}\n3\n", step="10 ms", **LINES)
     assert said.startswith("row 3, column 1")
@@ -388,7 +388,7 @@ def test_resampling_of_constant_samples_is_no_warning(tmp_path, level):
     text = rows(T, [level] * len(T))
     resample = {"resample": {"rate": 260, "by": "spline"}, "gravity": "keep"}
     motion = motion_of(tmp_path, text, time="t", **resample)
-    assert [warning.slug for warning in motion.warnings] == []
+    assert [warning.slug for warning in motion.warnings] == ["record-still"]
 
 
 def test_level_that_a_low_pass_takes_is_not_held_against_the_resampling(tmp_path):
@@ -827,6 +827,19 @@ def test_ordinary_mean_raises_no_doubt_about_the_unit(tmp_path, mean, size):
     text = rows(T, size * WAVE + mean)
     warnings = motion_of(tmp_path, text, time="t", gravity="keep").warnings
     assert "record-unit" not in {one.slug for one in warnings}
+
+
+@pytest.mark.parametrize(("size", "slug"), [(1000.0, "record-large"), (0.0, "record-still")])
+@pytest.mark.parametrize("remove", ["nothing", "mean"])
+def test_acceleration_in_millimetres_and_one_without_motion_are_named(
+    tmp_path, remove, size, slug
+):
+    words = {"time": "t", "remove": remove}
+    (warning,) = motion_of(tmp_path, rows(T, size * WAVE), **words).warnings
+    assert warning.slug == slug
+    strong_but_fast = 300 * np.sign(np.sin(2 * np.pi * 0.24 * RATE * T))
+    warnings = motion_of(tmp_path, rows(T, strong_but_fast), **words).warnings
+    assert not {"record-large", "record-still"} & {each.slug for each in warnings}
 
 
 @pytest.mark.parametrize("remove", ["nothing", "mean", "1 Hz"])

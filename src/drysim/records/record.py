@@ -74,6 +74,7 @@ from drysim.records.warnings import (
     mean_warnings,
     resampling_warnings,
     rising_warnings,
+    strength_warnings,
     unit_warnings,
     vertical_warnings,
 )
@@ -132,6 +133,7 @@ def read_motion(record: RecordedMotion, ends: Extension = "even") -> Samples:
         warnings = (
             *seen,
             *(wrong_unit or mean_warnings(record, motion, level)),
+            *strength_warnings(record, motion.u_dd, motion.dt, level),
             *interpolation_warnings(record, motion, rms, file_spacing),
             *displacement_warnings(record, motion.u, otherwise),
         )
@@ -189,7 +191,11 @@ def read_series(record: Recorded) -> tuple[Series, Input, tuple[WarningMessage, 
         If the record cannot be used.
     """
     cleaned, source = _read_window(record, "a sample")
-    return cleaned.series, source, cleaned.warnings
+    series, warnings = cleaned.series, cleaned.warnings
+    if record.quantity == "acceleration":
+        level = measure_level(series.values)
+        warnings += (*strength_warnings(record, series.values, series.dt, level),)
+    return series, source, warnings
 
 
 def _read_window(record: Recorded, name: str) -> tuple[CleanedRecord, Input]:

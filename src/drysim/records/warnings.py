@@ -6,6 +6,8 @@ record-frozen          a value repeated amid a motion
 record-rises           samples that rise evenly, as times do
 record-rows            rows of several sensors, or one series across the rows (in `layout`)
 record-unit            a mean that is gravity in another unit
+record-large           a vibration as strong as no floor has
+record-still           samples that are all equal
 record-mean            a mean as of gravity or of a sensor offset
 record-filled          a large share of filled gaps
 record-lost            RMS lost in resampling
@@ -153,6 +155,40 @@ def unit_warnings(record: RecordedMotion, level: Level) -> Iterator[WarningMessa
         if suspicion:
             numbers = {"mean": level.mean, "rms_about_mean": level.spread}
             yield WarningMessage("record-unit", f"{record.named}: {suspicion}", numbers)
+
+
+def strength_warnings(
+    record: Recorded, values: Signal, dt: float, level: Level
+) -> Iterator[WarningMessage]:
+    """Warn of an acceleration without motion, or as large as one in mm/s² read as m/s².
+
+    Notes
+    -----
+    From the mean square ω² = RMS{dü/dt}² / RMS{ü}² follows RMS{u} >= RMS{ü} / ω², by Jensen's
+    inequality. A strong vibration of machines has high frequencies, and a small u.
+    """
+    rms = level.spread
+    if len(values) < MIN_SAMPLES:
+        return
+    if rms <= NEGLIGIBLE_RMS * abs(level.mean):
+        sentence = (
+            f"{record.named}: all its samples are {level.mean:.4g} m/s²: it has no motion"
+        )
+        yield WarningMessage("record-still", sentence, {"mean": level.mean})
+    elif rms > LARGE_RMS and not level.is_event:
+        travel = rms * dt * dt / 6 / max(1 - rms_share_of_lines(values, rms) ** 2, 1e-12)
+        if travel > LARGE_TRAVEL:
+            sentence = (
+                f"{record.named}: the RMS about the mean, {rms:.4g} m/s² or "
+                f"{rms / STANDARD_GRAVITY:.3g} g, is that of no floor: check unit and `scale` "
+                f"(in mm instead of m it would be {rms / 1000:.4g} m/s²)"
+            )
+            yield WarningMessage("record-large", sentence, {"rms_about_mean": rms})
+
+
+LARGE_RMS, LARGE_TRAVEL = 100.0, 0.01
+"""RMS of ü [m/s²] and of u [m] that no vibration has at once: they take a power per mass of
+kilowatts per kilogram."""
 
 
 CUT_OFF = "cut these zeros off, with `rows` or in the file"
