@@ -532,6 +532,31 @@ def test_base_that_is_longer_than_the_mass_is_said(tmp_path):
     assert not warnings_of(assess(tmp_path, stated, run=shorter), "measurement-cut")
 
 
+def test_two_rates_are_filtered_alike_and_keep_the_band_of_the_slower(tmp_path):
+    record = seat_record()
+    write_record(tmp_path / "floor.csv", {"floor": record["floor"]})
+    base = {"kind": "record", "file": str(tmp_path / "floor.csv"), "time": "t"}
+    columns = {"t [s]": np.arange(2001) / 100, "seat [m/s2]": record["seat"][::2]}
+    write_columns(tmp_path / "seat.csv", columns)
+    measured = {"file": str(tmp_path / "seat.csv"), "time": "t", "x_dd": "seat"}
+    text = {"measure": {"direction": "vertical"}, "assess": {"measured": measured}}
+    scenario = drysim.scenario(text, {"excitation": base})
+    low_pass = {"above": "28.6 Hz"}
+    with pytest.raises(drysim.RecordError) as refusal:
+        drysim.assess(scenario)
+    both = "`remove: {above: 28.6 Hz, order: 2}` to both excitation and `x_dd`"
+    assert both in str(refusal.value)
+    slower = base | {"resample": {"step": 0.01, "by": "spline"}, "remove": low_pass}
+    alike = {"column": "seat", "remove": low_pass}
+    one_sided = drysim.assess(drysim.scenario(text, {"excitation": slower}))
+    (sentence,) = warnings_of(one_sided, "filters-differ")
+    assert sentence.endswith("`x_dd: {column: seat, remove: {above: 28.6 Hz}}`")
+    both_sides = {"excitation": slower, "assess.measured.x_dd": alike}
+    assert not warnings_of(drysim.assess(drysim.scenario(text, both_sides)), "filters-differ")
+    faster = {"excitation": base, "assess.measured.resample": {"rate": 200, "by": "spline"}}
+    assert warnings_of(drysim.assess(drysim.scenario(text, faster)), "coarse-weighting")
+
+
 def test_record_of_too_few_samples_is_an_error(tmp_path):
     short = {name: values[:12] for name, values in seat_record().items()}
     sentence = "it has 12 samples, too few: at least 50 are needed"

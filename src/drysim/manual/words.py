@@ -348,7 +348,7 @@ FIT_WARNINGS = {
 ASSESS_WARNINGS = {"runs-disagree"}
 """Warnings of `drysim assess` only."""
 
-MEASUREMENT_WARNINGS = {"channels-suspect", "measurement-cut"}
+MEASUREMENT_WARNINGS = {"channels-suspect", "filters-differ", "measurement-cut"}
 """Warnings about measured channels, which `drysim validate` finds."""
 
 WARNING_EXAMPLE = "drysim {command} FILE --strict    # a warning makes the exit code 1"

@@ -617,20 +617,27 @@ def resampling_grid(
     step = wanted.step or 1 / (wanted.rate or 1.0)
     same = STEP_TOLERANCE if grid.spread is None else UNEVEN_STEP_TOLERANCE
     refinement = max(1, ceil(step / grid.dt * (1 - same)))
-    if refinement > 1:
-        half, order = 1 / (2 * step), removal.order
-        if removal.above is None or low_pass_gain(
-            half, removal.above, order
-        ) > MAX_ALIAS_GAIN * (1 + STEP_TOLERANCE):
-            most = half * (1 / MAX_ALIAS_GAIN - 1) ** (-1 / (2 * order))
-            # 1 % less remains sufficient after rounding to three digits.
-            sentence = (
-                f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz aliases frequencies "
-                f"above {half:.6g} Hz; add a low-pass with a gain of at most 0.1 there, "
-                f"`remove: {{above: {0.99 * most:.3g} Hz, order: {order}}}` or lower"
-            )
-            raise record_error(display_path, sentence)
+    if refinement > 1 and (low_pass := missing_low_pass(step, removal)):
+        half = 1 / (2 * step)
+        sentence = (
+            f"resampling from {1 / grid.dt:.6g} to {2 * half:.6g} Hz aliases frequencies "
+            f"above {half:.6g} Hz; add a low-pass with a gain of at most 0.1 there, "
+            f"{low_pass} or lower"
+        )
+        raise record_error(display_path, sentence)
     return ResamplingGrid(step, refinement, wanted.by)
+
+
+def missing_low_pass(step: float, removal: Removal) -> str:
+    """Return the `remove` that a reduction to a step [s] needs; empty if it is sufficient."""
+    half, order = 1 / (2 * step), removal.order
+    if removal.above is not None and low_pass_gain(
+        half, removal.above, order
+    ) <= MAX_ALIAS_GAIN * (1 + STEP_TOLERANCE):
+        return ""
+    most = half * (1 / MAX_ALIAS_GAIN - 1) ** (-1 / (2 * order))
+    # 1 % less remains sufficient after rounding to three digits.
+    return f"`remove: {{above: {0.99 * most:.3g} Hz, order: {order}}}`"
 
 
 def resample_onto(

@@ -175,15 +175,14 @@ def read_normal_force(record: Recorded) -> NormalForceRecord:
     return NormalForceRecord(values / mean, dt, mean, (source,), warnings, clean_up)
 
 
-def read_series(record: Recorded) -> tuple[Series, Input, tuple[WarningMessage, ...]]:
+def read_series(record: Recorded) -> tuple[CleanedRecord, Input]:
     """Read a record as measured: samples of its window in SI, not differentiated.
 
     Returns
     -------
-    series : Series
-        Its first time is that of the first sample in the window.
+    cleaned : CleanedRecord
+        The first time of its series is that of the first sample in the window.
     source : Input
-    warnings : tuple of WarningMessage
 
     Raises
     ------
@@ -195,7 +194,7 @@ def read_series(record: Recorded) -> tuple[Series, Input, tuple[WarningMessage, 
     if record.quantity == "acceleration":
         level = measure_level(series.values)
         warnings += (*strength_warnings(record, series.values, series.dt, level),)
-    return series, source, warnings
+    return cleaned._replace(warnings=warnings), source
 
 
 def _read_window(record: Recorded, name: str) -> tuple[CleanedRecord, Input]:

@@ -155,9 +155,20 @@ def _record_warnings(scenario: Scenario, motion: Samples) -> Iterator[WarningMes
     yield WarningMessage("coarse-record", sentence, {"step": motion.dt, "f_0": f_0})
 
 
-def weighting_warnings(scenario: Scenario, motion: Sines | Samples) -> Iterator[WarningMessage]:
-    """Warn of a grid too coarse for weighting."""
-    step = motion.dt if isinstance(motion, Samples) else scenario.solver.step
+def weighting_warnings(
+    scenario: Scenario, motion: Sines | Samples, file_spacing: float = 0.0
+) -> Iterator[WarningMessage]:
+    """Warn of a grid, or of samples before their resampling, too coarse for weighting.
+
+    `file_spacing` is the time step of a measured response in its file [s].
+    """
+    step = scenario.solver.step
+    if isinstance(motion, Samples):
+        clean_up = motion.realised.get("clean_up", ())
+        assert isinstance(clean_up, list | tuple), "reports of the steps"
+        resampled = (each["numbers"] for each in clean_up if each["step"] == "resample")
+        before = (float(numbers["step_before"]) for numbers in resampled)
+        step = max(motion.dt, file_spacing, *before)
     if (
         scenario.measure.weights
         and step

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from math import ceil, floor
 from pathlib import Path
 from typing import ClassVar, NamedTuple
@@ -36,6 +37,7 @@ from drysim.metrics.table import (
     evaluate,
     evaluate_samples,
 )
+from drysim.records.clean import missing_low_pass
 from drysim.records.columns import record_error
 from drysim.scenario.assess import AXES, Assess, MeasuredRuns
 from drysim.scenario.model import Scenario
@@ -445,6 +447,9 @@ def prepare_run(scenario: Scenario, axis: str, file: str) -> PreparedRun:
         raise record_error(str(base.path), sentence)
     measurement = read_measurement(source, measured.model_copy(update={"u_dd": None}), motion)
     check_steps(measured, base, measurement)
+    if has_base:
+        warnings = measurement.warnings, filter_warnings(measured, base)
+        measurement = measurement._replace(warnings=(*chain(*warnings),))
     case = assemble(source, motion)
     t, dt = measurement.t, measurement.dt
     begin, end = max(case.window[0], float(t[0])), min(case.window[1], float(t[-1]))
@@ -510,7 +515,25 @@ def check_steps(measured: MeasuredRuns, base: Record, measurement: Measurement) 
             f"add `resample: {{step: {format_number(measurement.dt, 's', 9)}, by: spline}}` to "
             f"{base.block}"
         )
+        if low_pass := missing_low_pass(measurement.dt, base.remove):
+            sentence += f", and the low-pass {low_pass} to both {base.block} and `x_dd`"
         raise record_error(str(measured.path), sentence)
+
+
+def filter_warnings(measured: MeasuredRuns, base: Record) -> Iterator[WarningMessage]:
+    """Warn of filters that base and mass do not have in common."""
+    mass = measured.record("x_dd")
+    filters = [each.remove.model_copy(update={"trend": "nothing"}) for each in (base, mass)]
+    of_base, of_mass = (each.yaml_with() if each.has_filters else "nothing" for each in filters)
+    if of_base == of_mass:
+        return
+    sentence = (
+        "base and mass are filtered differently, which changes their ratios, SEAT, T_a and H1: "
+        f"{base.block} has {of_base}, {mass.block} {of_mass}; give both the same `remove`"
+    )
+    if filters[0].has_filters and mass.column is not None:
+        sentence += f", `x_dd: {{column: {mass.column}, {of_base.strip('`')}}}`"
+    yield WarningMessage("filters-differ", sentence)
 
 
 def evaluate_run(prepared: PreparedRun, segment: float) -> Run:
@@ -662,7 +685,8 @@ def run_warnings(
     joins = prepared.has_model or getattr(base, "quantity", "") != "acceleration"
     warnings = [each for each in motion.warnings if joins or each.slug != INTERPOLATED]
     warnings += prepared.measurement.warnings
-    warnings += weighting_warnings(prepared.case.scenario, motion)
+    spacing = prepared.measurement.file_spacing
+    warnings += weighting_warnings(prepared.case.scenario, motion, spacing)
     if transfer is not None:
         warnings += spectra_warnings(prepared.case, transfer)
         stroke = prepared.transfer_to("x_r", transfer.segment)

@@ -100,6 +100,8 @@ class Measurement(NamedTuple):
     warnings: tuple[WarningMessage, ...]
     imposed: float = 0.0
     """First velocity or displacement that a rig imposes, in SI; its time is 0."""
+    file_spacing: float = 0.0
+    """Time step of the samples in the file, before a resampling [s]; 0 if not known."""
 
     @property
     def dt(self) -> float:
@@ -892,10 +894,13 @@ def read_measurement(
     inputs: list[Input] = []
     warnings: list[WarningMessage] = []
     series: Series | None = None
+    file_spacing = 0.0
     for name in measured.channels:
         record = measured.record(name)
-        read, source, seen = read_series(record)
+        cleaned, source = read_series(record)
+        read, seen = cleaned.series, cleaned.warnings
         series = series or read
+        file_spacing = max(file_spacing, cleaned.file_spacing)
         channels[name] = np.asarray(read.values[:], dtype=np.float64)
         if float(np.ptp(channels[name])) == 0.0:
             level = format_number(float(channels[name][0]), SI[record.quantity])
@@ -973,7 +978,7 @@ def read_measurement(
     t: Floats = np.asarray((first + stride * np.arange(last - skip)) * step, dtype=np.float64)
     unique = tuple({record.file: record for record in inputs}.values())
     once = tuple({warning.sentence: warning for warning in warnings}.values())
-    return Measurement(channels, t, first, stride, unique, once)
+    return Measurement(channels, t, first, stride, unique, once, file_spacing=file_spacing)
 
 
 def check_response_gravity(record: ChannelRecord, level: Level, is_fitted: bool) -> None:
@@ -1009,7 +1014,7 @@ def read_rig(fit: Fit, motion: Sines | Samples) -> Measurement:
         reason = f"has {len(times[0])} samples, fewer than the {MIN_SAMPLES} that a fit needs"
         raise record_error(str(fit.response.path), reason)
     inputs, warnings = getattr(motion, "inputs", ()), getattr(motion, "warnings", ())
-    series = read_series(imposed_record(fit))[0]
+    series = read_series(imposed_record(fit))[0].series
     t = times[0] - series.first
     return Measurement(channels, t, 0, 1, inputs, warnings, float(series.values[:][0]))
 
@@ -1023,8 +1028,8 @@ def begin_of_motion(scenario: Scenario, measured: Series) -> float:
     from drysim.excitation.recorded import Record
 
     if isinstance(scenario.excitation, Record):
-        return read_series(scenario.excitation)[0].first
+        return read_series(scenario.excitation)[0].series.first
     if scenario.excitation.kind != "rest":
         return 0.0
     force_record = getattr(scenario.friction, "normal_record", None)
-    return read_series(force_record)[0].first if force_record else measured.first
+    return read_series(force_record)[0].series.first if force_record else measured.first

@@ -89,6 +89,7 @@ KEYS_BY_WARNING = {
     "sweep-changes-nothing": "sweep",
     "channels-suspect": MEASURED,
     "measurement-cut": MEASURED,
+    "filters-differ": MEASURED,
 }
 """Keys to look at for warnings whose sentences name none."""
 
