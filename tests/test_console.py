@@ -667,6 +667,17 @@ def test_counting_costs_next_to_nothing_where_nobody_watches():
             advance()
 
 
+@pytest.mark.parametrize(
+    "number", ["45 N", "0.5 m/s²", "1.189 m/s^1.75", "43.1 ± 1.3 mm", "±0.86 %", "500 N·s/m"]
+)
+def test_number_stays_with_its_unit_at_every_width(number):
+    for length in range(60, 85):
+        text = f"{'x' * length} {number}; {number}, and 26 cases"
+        lines = console_terminal.wrap(stdout(), text, 0)
+        assert " ".join(lines) == text
+        assert sum(line.count(number) for line in lines) == 2
+
+
 def test_long_label_and_long_range_stay_apart_from_what_follows(capsys):
     rows = [
         Row("T_a", "1.2", "least"),

@@ -173,10 +173,24 @@ def print_paragraph(console: AnyConsole, head: str, text: str, style: str = "") 
         print_line(console, " " * len(head), continuation)
 
 
+NO_BREAK = "\N{NO-BREAK SPACE}"
+
+BEFORE_UNIT = re.compile(
+    r"(?<=\d) (?=(?:%|[ckmµ]?(?:Hz|rad|[mgsNJh])(?:[/·²^][^\s,;:)]*)?)(?![^\s,;:.)]))"
+    r"|(?<=\d) (?=± \d)|(?<=±) (?=\d)"
+)
+"""Blanks at which no line ends: those before the unit of a number, and around ±."""
+
+
 def wrap(console: AnyConsole, text: str, head: int) -> list[str]:
-    """Return text wrapped to the console, less `head` columns for a label."""
+    """Return text wrapped to the console, less `head` columns for a label.
+
+    A number stays with its unit.
+    """
     width = max(min(max(console.width, MIN_WIDTH), MAX_WIDTH) - head, 20)
-    return textwrap.wrap(sanitise(text), width, break_long_words=False, break_on_hyphens=False)
+    text = BEFORE_UNIT.sub(NO_BREAK, sanitise(text))
+    lines = textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False)
+    return [line.replace(NO_BREAK, " ") for line in lines]
 
 
 def _printable(text: str) -> str:
