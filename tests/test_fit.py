@@ -914,8 +914,8 @@ def test_result_shows_its_values_and_the_code_of_its_checks(noisy):
 def test_summary_keeps_long_keys_apart_from_their_values(noisy, capsys):
     show(noisy[0])
     lines = capsys.readouterr().out.splitlines()
-    assert any(line.startswith("  static_ratio 1.") for line in lines)
-    assert any(line.startswith("  kinetic      19.9") for line in lines)
+    assert any(line.startswith("  static_ratio  1.") for line in lines)
+    assert any(line.startswith("  kinetic       19.9") for line in lines)
 
 
 def test_fitted_scenario_runs_and_gives_the_fitted_motion(noisy):
