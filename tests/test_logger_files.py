@@ -630,19 +630,19 @@ def test_falling_times_are_to_be_sorted(tmp_path, step):
         t = np.arange(n)[::-1] * float(step) + dice.uniform(0, 100)
         lines = (f"{one:.{digits}f},{k % 7}\n" for k, one in enumerate(t))
         (tmp_path / "r.csv").write_text("t [s],a [m/s2]\n" + "".join(lines))
-        (rate,) = [
-            one for one in inspect_record(tmp_path / "r.csv").proposals if one.key == "rate"
+        (time,) = [
+            one for one in inspect_record(tmp_path / "r.csv").proposals if one.key == "time"
         ]
-        assert rate.value is None
-        assert rate.reason.endswith("sort the rows by time")
-        assert "rows: {" not in rate.reason
+        assert time.value is None
+        assert time.reason.endswith("sort the rows by time; then `time: t`")
+        assert "rows: {" not in time.reason
 
 
 def test_one_row_of_a_later_time_above_a_record_is_left_out(tmp_path):
     lines = (f"{one:.2f},{k % 7}\n" for k, one in enumerate([5.0, *np.arange(90) / 100]))
     (tmp_path / "r.csv").write_text("t [s],a [m/s2]\n" + "".join(lines))
-    (rate,) = [one for one in inspect_record(tmp_path / "r.csv").proposals if one.key == "rate"]
-    assert rate.reason.endswith("`rows: {from: 3}` leaves the rows above out")
+    (time,) = [one for one in inspect_record(tmp_path / "r.csv").proposals if one.key == "time"]
+    assert time.reason.endswith("`rows: {from: 3}` leaves the rows above out; then `time: t`")
 
 
 @pytest.mark.parametrize("end", [" Hz;\n\n", " Hz;\n", ";\n\n", ";\n"])

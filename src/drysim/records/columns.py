@@ -275,7 +275,8 @@ def record_error(
         return RecordError(Problem(sentence, display_path, line))
     quote = cell.quote
     # A source line of more than 100 blanks would not be readable.
-    source = " " * (cell.column - 1) + quote if cell.column <= 100 else ""
+    before = f"{'…':<{cell.column - 1}}" if cell.column > 1 else ""
+    source = before + quote if cell.column <= 100 else ""
     return RecordError(
         Problem(sentence, display_path, line, cell.column, max(1, len(quote)), source=source)
     )
@@ -801,13 +802,19 @@ def time_factor(columns: Columns, index: int, unit: str = "") -> float | None:
 def missing_spacing_error(columns: Columns) -> RecordError:
     """Return the error for a record without time step."""
     sentence = f"the time step is unknown: set `time` (a {columns.word}), `rate` or `step`"
-    for label in columns.labels:
-        # A unit of time identifies times; without a unit, the name does.
-        if clock.is_unit(label.unit) if label.unit else clock.is_time_name(label.name):
-            where = f"the {columns.place} has `{label.quote}`"
-            sentence += f"; `time: {shorten_quote(label.name)}` fits, as {where}"
-            break
+    if (index := labelled_times(columns)) is not None:
+        label = columns.labels[index]
+        where = f"the {columns.place} has `{label.quote}`"
+        sentence += f"; `time: {shorten_quote(label.name)}` fits, as {where}"
     return columns.error(sentence)
+
+
+def labelled_times(columns: Columns) -> int | None:
+    """Return the first 0-based column whose unit is one of time, or whose name without one."""
+    for index, label in enumerate(columns.labels):
+        if clock.is_unit(label.unit) if label.unit else clock.is_time_name(label.name):
+            return index
+    return None
 
 
 def _parse_unit(columns: Columns, index: int, written: str, si: str) -> float:

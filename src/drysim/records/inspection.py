@@ -429,6 +429,11 @@ def _propose_time_column(columns: Columns, column: int) -> Times:
         fault, rate = error.message.removesuffix(f"; {POOR_TIMES_HINT}"), _rate_of_rows(times)
         if not is_known and step > LONG_STEP:
             rate = None
+        if rate is None and (np.diff(t) <= 0).any():  # which no rate can set right
+            remedy = "" if fault == error.message else ": correct the row"
+            unit = "" if is_known else " and `time_unit`"
+            fault += f"{remedy}; then `time: {key}`{unit}"
+            return Times(column, None, [Proposal("time", None, fault)])
         if rate is None:
             return Times(column, None, [Proposal("rate", None, fault)])
         reason = f"every printed time agrees with it; none of them can be `time`: {fault}"
