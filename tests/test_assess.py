@@ -588,6 +588,9 @@ def test_checks_of_seeds_warn(tmp_path):
     sentences = warnings_of(result, "check-of-one-seed")
     assert [sentence.split("`")[1] for sentence in sentences] == checks[:2]
     assert all(check.passed for check in result.checks)
+    without = {"checks": checks[2:], "measure": None}
+    (sentence,) = warnings_of(assess(tmp_path, without, run=seat_record()), "check-cannot-hold")
+    assert sentence.endswith("without a weighting; give measure.direction or measure.weighting")
 
 
 def test_gravity_and_clipping_are_seen(tmp_path):

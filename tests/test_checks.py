@@ -90,6 +90,9 @@ def test_metric_that_is_not_known_fails_its_check(metrics):
     verdict = Check.parse("T_x < 1").judge(metrics)
     assert (verdict.passed, verdict.value) == (False, None)
     assert verdict.sentence == "T_x < 1: fails; T_x is not known here"
+    hourly = Check.parse("stroke_once_an_hour < 1").judge(metrics).reason
+    few = "noise and records with at least 150 half cycles of x_r"
+    assert hourly == f"stroke_once_an_hour is not known here: it is known for {few} only"
 
 
 def rows(values: list[float | None]) -> list[tuple[dict[str, float], dict[str, float | None]]]:

@@ -282,7 +282,10 @@ class Check:
         if value is None or math.isnan(value):
             here = "" if where or status else " here"
             why = f"{status}: " if status else ""
-            return Verdict(self, False, None, where, f"{why}{self.metric} is not known{here}")
+            known_for = METRICS_BY_NAME[self.metric].known_for
+            which = f": it is known for {known_for} only" if known_for and not status else ""
+            reason = f"{why}{self.metric} is not known{here}{which}"
+            return Verdict(self, False, None, where, reason)
         return Verdict(self, bool(self.holds(value)), value, where)
 
     def __str__(self) -> str:

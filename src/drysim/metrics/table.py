@@ -29,6 +29,7 @@ from drysim.core.model import (
 from drysim.metrics.comfort import DAY_OF_WORK, Weighted, weighted_samples
 from drysim.metrics.energy import bumper_energy, contact_energy, mechanical_energy
 from drysim.metrics.stroke import (
+    MIN_HALF_CYCLES,
     Excursions,
     StopLoads,
     excursions,
@@ -262,6 +263,9 @@ HOURLY_STROKE = "stroke_once_an_hour"
 HOURLY_STROKES_BY_SIDE = "stroke_once_an_hour_up", "stroke_once_an_hour_down"
 """Metrics by which unequal limits are."""
 
+STATIONARY = f"noise and records with at least {MIN_HALF_CYCLES} half cycles of x_r"
+"""Motions that are assumed to go on as in the window."""
+
 ZERO_MULTIPLIER = 1e-13
 """Modulus of the smaller Floquet multiplier that is rounding: those of orbits without sticking
 are larger by many orders of magnitude."""
@@ -293,6 +297,8 @@ class Metric(NamedTuple):
     """Whether tables also have its confidence interval, where it is a mean over seeds."""
     with_quantiles: bool = False
     """Whether its quantiles over the cases are in drysim.json."""
+    known_for: str = ""
+    """Motions for which it is known, if these are few; completes "known for ... only"."""
 
     @property
     def label(self) -> str:
@@ -370,13 +376,13 @@ METRICS = (
            "continues as in the window: extrapolated from the tail of its peaks (Weibull, "
            "exponent 2), at least the largest peak of less than an hour, at most the "
            "position of rigid stops; unknown below 150 half cycles",
-           lambda m: m.hourly, short_label="hourly peak"),
+           lambda m: m.hourly, short_label="hourly peak", known_for=STATIONARY),
     Metric(HOURLY_STROKES_BY_SIDE[0], "m", "x_r exceeded once an hour, extrapolated as "
            "stroke_once_an_hour from the peaks of this side",
-           lambda m: m.hourly_by_side[0], by_side=True),
+           lambda m: m.hourly_by_side[0], by_side=True, known_for=STATIONARY),
     Metric(HOURLY_STROKES_BY_SIDE[1], "m", "-x_r exceeded once an hour, extrapolated as "
            "stroke_once_an_hour from the peaks of this side",
-           lambda m: m.hourly_by_side[1], by_side=True),
+           lambda m: m.hourly_by_side[1], by_side=True, known_for=STATIONARY),
     Metric("contacts", "-", "contacts with an end stop in the window",
            lambda m: m.impacts.up + m.impacts.down, (STOPS,), COUNT),
     Metric("contacts_up", "-", "contacts with the upper end stop in the window",

@@ -18,6 +18,7 @@ from drysim.approach.stick_slip import ExactApproach
 from drysim.block import Block
 from drysim.core.model import AnyLaw, Samples, Sines, blocks, max_abs
 from drysim.errors import RecordError, WarningMessage
+from drysim.excitation.random import RandomMotion
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import EVERY_SEED, MEAN, Check
 from drysim.metrics.table import METRICS_BY_NAME, SHARE, UNITS, Need
@@ -621,10 +622,12 @@ def _check_warnings(scenario: Scenario, swept: bool) -> Iterator[WarningMessage]
             yield WarningMessage("check-of-one-seed", sentence, numbers)
         elif seeds < check.least_seeds:
             yield few_seeds_warning(check, seeds)
-        if lacking := _lacking_need(scenario, check):
+        known_for = METRICS_BY_NAME[check.metric].known_for
+        if lacking := lacking_need(scenario, check):
+            yield cannot_hold_warning(i, check, lacking)
+        elif known_for and not isinstance(scenario.excitation, RandomMotion | Record):
             sentence = (
-                f"the check `{check}` cannot hold: {check.metric} is not available without "
-                f"{lacking.name}; give {' or '.join(lacking.keys)}"
+                f"the check `{check}` cannot hold: {check.metric} is known for {known_for} only"
             )
             yield WarningMessage("check-cannot-hold", sentence, numbers)
         elif answer is not None:
@@ -681,7 +684,16 @@ def few_seeds_warning(
     return WarningMessage("quantile-of-few-seeds", sentence, {"seeds": seeds, "least": least})
 
 
-def _lacking_need(scenario: Scenario, check: Check) -> Need | None:
+def cannot_hold_warning(number: int, check: Check, lacking: Need) -> WarningMessage:
+    """Return the warning of the check with a number whose metric needs what is not stated."""
+    sentence = (
+        f"the check `{check}` cannot hold: {check.metric} is not available without "
+        f"{lacking.name}; give {' or '.join(lacking.keys)}"
+    )
+    return WarningMessage("check-cannot-hold", sentence, {f"checks.{number}": check.limit})
+
+
+def lacking_need(scenario: Scenario, check: Check) -> Need | None:
     """Return what the metric of a check needs and the scenario does not state, if anything."""
     swept = {axis.key for axis in scenario.sweep}
     return next(

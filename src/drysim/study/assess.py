@@ -42,7 +42,7 @@ from drysim.records.columns import record_error
 from drysim.scenario.assess import AXES, Assess, MeasuredRuns
 from drysim.scenario.model import Scenario
 from drysim.scenario.text import describe_limits
-from drysim.scenario.warnings import weighting_warnings
+from drysim.scenario.warnings import cannot_hold_warning, lacking_need, weighting_warnings
 from drysim.study.assess_faults import fault_warning
 from drysim.study.budget import case_cost
 from drysim.study.case import Case
@@ -703,8 +703,10 @@ def run_warnings(
 
 
 def check_warnings(scenario: Scenario) -> Iterator[WarningMessage]:
-    """Warn of checks of a quantile or of every seed, since a record has no seeds."""
+    """Warn of checks of seeds, which a record does not have, and of those that cannot hold."""
     for i, check in enumerate(scenario.checks):
+        if lacking := lacking_need(scenario, check):
+            yield cannot_hold_warning(i, check, lacking)
         if check.judges != MEAN:
             sentence = f"the check `{check}` judges the mean of the runs: records have no seeds"
             yield WarningMessage("check-of-one-seed", sentence, {f"checks.{i}": check.limit})
