@@ -79,7 +79,7 @@ def test_missing_rows_are_counted_and_named(tmp_path):
     kept = np.delete(np.arange(2000), [500, 501, 502, 900])
     said = refused(tmp_path, rows(T[kept], WAVE[kept]), time="t")
     assert said.startswith(
-        "row 502, column 2 (`a [m/s2]`): 3 samples are missing before this row: a step of "
+        "row 502, column 1 (`t [s]`): 3 samples are missing before this row: a step of "
         "0.02 s, not 0.005 s (2 gaps in total): the record has a gap; `gaps: {fill: line, "
         "at_most: 20 ms}` fills them all"
     )

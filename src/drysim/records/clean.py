@@ -88,6 +88,8 @@ class TimeGrid(NamedTuple):
     whole numbers unless the times are uneven or go on beside the grid after a gap."""
     spread: tuple[float, float] | None = None
     """Smallest and greatest step [s] of uneven times; None for an even grid."""
+    column: int | None = None
+    """0-based column of the times, for error messages."""
 
     def positions(self, n: int) -> Floats:
         """Return the positions [dt] of all n samples from the first."""
@@ -455,7 +457,9 @@ def fill_gaps(
             raise columns.error_at(row, index, sentence)
         hole = int(in_window[0])
         sentence = _gap_message(places, hole, holes, grid, gaps, hint, unit)
-        raise columns.error_at(int(rows[hole + 1]), index, sentence)
+        row, is_jump = int(rows[hole + 1]), rows[hole + 1] - rows[hole] == 1
+        place = grid.column if is_jump and grid.column is not None else index
+        raise columns.error_at(row, place, sentence)
     reports = []
     used = slice(first, last + 1)
     if last - first + 1 < len(measured) or not (there[0] and there[-1]):

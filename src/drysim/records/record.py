@@ -443,7 +443,7 @@ def _read_series(record: Recorded, columns: Columns) -> tuple[Signal, TimeGrid, 
     if index == time:
         sentence = f"{columns.describe_column(index)} is both `time` and `{columns.key}`"
         raise columns.error(f"{sentence}: select the samples; there are: {columns.names()}")
-    return values, grid, index
+    return values, grid._replace(column=time), index
 
 
 def _find_columns(record: Recorded, columns: Columns) -> tuple[int, int | None]:
