@@ -239,7 +239,7 @@ def test_swept_stroke_beyond_its_limit_is_told_of_the_worst_seed(drysim, noisy):
     words = ["--set", f"{SEEDS}=6", "--set", f"stroke.limit={limit}", "--no-plots"]
     done = drysim("sweep", noisy, *words, "--set", "sweep={friction.kinetic: [0]}")
     share = format_percent(max(peaks) / limit)
-    warning = f"exceeded in 1 of 1 cases; up to {share} of it is used at kinetic 0 N"
+    warning = f"exceeded in the only case; up to {share} of it is used at kinetic 0 N"
     assert f"{warning}, where it is exceeded for 1 of 6 seeds" in " ".join(done.err.split())
     assert "for 1 of 6 seeds at kinetic 0 N" in " ".join(done.out.split())
 

@@ -262,7 +262,7 @@ def test_summary_holds_every_case_to_its_own_limit(swept, capsys):
     table = swept("{stroke.limit: [10 mm, 20 mm, 50 mm, 100 mm]}")
     out = said(table, capsys)
     assert f"peak |x_r| {PEAK} mm 344 % of the stroke limit, at limit 10 mm" in out
-    assert f"limit exceeded in 2 cases of 4, by up to {PEAK - 10:.2f} mm" in out
+    assert f"limit in 2 of 4 cases exceeded by up to {PEAK - 10:.2f} mm" in out
     (warning,) = [one for one in table.warnings if one.slug == "stroke-violated"]
     assert warning.sentence == (
         f"the stroke limit is exceeded in 2 of 4 cases; |x_r| reaches {PEAK} mm at limit 10 mm"

@@ -80,7 +80,7 @@ from drysim.study.table import (
     largest_excess,
     stroke_limits,
 )
-from drysim.study.warnings import describe_seeds_beyond, format_at
+from drysim.study.warnings import describe_seeds_beyond, format_at, share_of_cases
 from drysim.wording import (
     format_count,
     format_interval,
@@ -377,16 +377,16 @@ def stroke_rows(table: Table, tally: Tally) -> Iterator[Row]:
     else:
         yield _draws_row(table, PEAK_STROKE)
     if tally.beyond:
-        cases, remark = format_count(tally.beyond, "case"), f"of {tally.cases}, "
+        cases = share_of_cases(tally.beyond, tally.cases)
         if table.scenario.stops and (speed := tally.extremes.get("impact_speed")):
-            name, value = "stops hit", cases
+            name = "stops hit"
             verb = END_STOP_METRICS["impact_speed"]
             fastest = format_value("impact_speed", speed[1].value)
-            remark += f"{verb} {fastest}, {describe_place(table, speed[1])}"
+            remark = f"{verb} {fastest}, {describe_place(table, speed[1])}"
         else:
-            name, value = "limit", f"exceeded in {cases}"
-            remark += _describe_violation(table, tally)
-        yield Row(name, value, remark, BAD)
+            name = "limit"
+            remark = f"exceeded {_describe_violation(table, tally)}"
+        yield Row(name, cases, remark, BAD)
 
 
 def _peak_rows(table: Table, tally: Tally) -> Iterator[Row]:

@@ -305,6 +305,11 @@ def status_warnings(tallies: Iterable[Tally], axes: Sequence[Axis]) -> Iterator[
             yield WarningMessage(slug, sentence, {"cases": lost})
 
 
+def share_of_cases(count: int, cases: int) -> str:
+    """Return in how many cases of a sweep something happens."""
+    return f"in {count} of {cases} cases" if cases > 1 else "in the only case"
+
+
 def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningMessage]:
     """Warn of cases that exceed the stroke limit, with the worst one."""
     worst, impacts = tally.worst, tally.extremes.get("impact_speed")
@@ -313,7 +318,7 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
         # With end stops, |x_r| is nearly the same in all cases.
         fastest, row = impacts[1]
         sentence = (
-            f"the mass hits its end stops in {tally.beyond} of {tally.cases} cases, "
+            f"the mass hits its end stops {share_of_cases(tally.beyond, tally.cases)}, "
             f"at up to {format_number(fastest, 'm/s')}{format_at(row, axes)}"
         )
         numbers = {"impact_speed": fastest, "cases": tally.beyond}
@@ -325,8 +330,8 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
         window_peak = tally.greatest("x_r_peak") or peak
         swept = any(key in worst.point for key in LIMIT_KEYS)
         which = "" if swept else f" of {describe_limits(limits, window_peak)}"
-        where = f"{tally.beyond} of {tally.cases} cases"
-        sentence = f"the stroke limit{which} is exceeded in {where}"
+        where = share_of_cases(tally.beyond, tally.cases)
+        sentence = f"the stroke limit{which} is exceeded {where}"
         if worst.over:
             share = format_percent(worst.largest(STROKE_USED))
             sentence += f"; up to {share} of it is used{format_at(worst, axes)}"
@@ -344,7 +349,8 @@ def table_stroke_warnings(tally: Tally, scenario: Scenario) -> Iterator[WarningM
         used = hourly_stroke_used(row.metrics, limits)
         hourly = describe_hourly_stroke(used, " on average" * bool(row.over))
         sentence = (
-            f"in {cases} of {tally.cases} cases the stroke limit {hourly}{format_at(row, axes)}"
+            f"{share_of_cases(cases, tally.cases)} the stroke limit {hourly}"
+            f"{format_at(row, axes)}"
         )
         numbers = limit_numbers(limits) | {HOURLY_STROKE: abs(used.x_r), "cases": cases}
         yield WarningMessage("stroke-too-short", sentence, numbers)
