@@ -119,6 +119,18 @@ def test_text_in_the_first_row_hides_no_header(drysim, tmp_path, first, acc):
     assert keys["time"].value == "t"
 
 
+def test_rare_unit_and_sensitivity_are_read(drysim, tmp_path):
+    rare = drafted(drysim, "feet.csv", "t [s],a [ft/s2]\n" + rows(T, FLOOR / 0.3048))
+    assert "unit" not in rare
+    text = "% exported by DAQ\n% fs=400 Hz, unit mV, 100 mV/g\n" + rows(FLOOR / G * 100)
+    keys = drafted(drysim, "volt.txt", text)
+    assert [keys[key].value for key in ("rate", "unit", "scale")] == ["400 Hz", "g", 0.01]
+    assert not keys["scale"].is_certain
+    assert np.std(base_motion(package.load("draft.yaml")).u_dd) == pytest.approx(
+        np.std(FLOOR), rel=0.01
+    )
+
+
 def test_integer_wav_needs_its_full_scale(drysim, tmp_path):
     with wave.open("floor.wav", "wb") as stream:
         stream.setparams((1, 2, 1000, 0, "NONE", ""))

@@ -537,6 +537,12 @@ def _unit_in_preamble(
     proposals: list[Proposal], columns: Columns, index: int, said: Mapping[str, Statement]
 ) -> list[Proposal]:
     """Return the unit of a column above the rows where its header has none."""
+    if "sensitivity" in said and not columns.labels[index].unit:
+        value, reason = said["sensitivity"]
+        sensitivity, unit = value.split("\t")
+        others = [each for each in proposals if each.key not in ("unit", "quantity")]
+        scale = Proposal("scale", float(f"{1 / float(sensitivity):.12g}"), reason, False)
+        return [*others, Proposal("unit", unit, reason, False), scale]
     if columns.labels[index].unit or not said.keys() & {"unit", "units"}:
         return proposals
     value, reason = said.get("units") or said["unit"]
@@ -641,7 +647,7 @@ def _measure(summary: ColumnSummary, is_triaxial: bool = False) -> Measurement:
     `is_triaxial` tells that it may be one of three axes without names.
     """
     for quantity in ("acceleration", "velocity", "displacement"):
-        if summary.unit and is_common_unit(summary.unit, SI[quantity]):
+        if summary.unit and _is_unit_of(quantity, summary.unit):
             level = summary.level.scaled(conversion_factor(summary.unit, SI[quantity]))
             has_gravity = quantity == "acceleration" and level.has_gravity
             return Measurement(quantity, summary.unit, has_gravity, True)
@@ -661,6 +667,19 @@ def _measure(summary: ColumnSummary, is_triaxial: bool = False) -> Measurement:
             if summary.level.scaled(conversion_factor(unit, "m/s²")).has_gravity:
                 return Measurement("acceleration", unit, True, False)
     return Measurement()
+
+
+def _is_unit_of(quantity: str, unit: str) -> bool:
+    """Return whether a unit is one of a quantity; rare ones, as `ft/s2`, of accelerations only.
+
+    A comment such as `(in)` or `(C)` may be a rare unit of another quantity.
+    """
+    if is_common_unit(unit, SI[quantity]) or quantity != "acceleration":
+        return is_common_unit(unit, SI[quantity])
+    try:
+        return conversion_factor(unit, SI[quantity]) > 0.0
+    except ValueError:
+        return False
 
 
 def _unit_in_name(summary: ColumnSummary) -> str:

@@ -336,6 +336,12 @@ KEYS_OF_STEP = re.compile(
     r"(?i).*(sampl|acqui|scan|abtast|logg).*(interval|period|step|time|zeit).*|dt"
     r"|delta ?[xt]|time ?step|zeitschritt"
 )
+SENSITIVITY = re.compile(
+    r"(?i)(?=.*\bmV\b(?!\s*(?:/|per)))"
+    r".*?(?P<number>\d+(?:[.,]\d+)?)\s*mV\s*(?:/|per)\s*(?P<unit>g|\(?m/s(?:2|\^2|²)\)?)\W*"
+)
+"""The end of a line such as `unit mV, 100 mV/g`; without `unit mV` the samples may be in g."""
+
 KEY_OF_UNIT = re.compile(r"(?i)\W*(?:units?|einheit(?:en)?)\W+(?P<unit>[^\s,;]+)\s*")
 
 
@@ -352,24 +358,27 @@ class Statement(NamedTuple):
 def read_preamble(table: TextTable) -> dict[str, Statement]:
     """Return what the lines above the rows say: `rate` or `step`, `unit`, and units of columns.
 
-    The value of `units` are those of all columns, separated by tabs.
+    The value of `units` are those of all columns, separated by tabs; `sensitivity` is in mV per
+    its unit, separated by a tab. A line may state several values between commas.
     """
     statements: dict[str, Statement] = {}
     decimal = table.decimal(table.series())
     above = raw_lines(table.file._replace(begin=0, line=1))
     for line, _, part in islice(above, min(table.line - 1, MAX_ROWS_EXAMINED)):
         text = part.decode("utf-8", "replace")[:MAX_PREAMBLE_LINE].strip()
-        key, value, doubt = _parse_preamble_line(text, decimal)
+        parts = [text, *re.split(r"[,;]\s+", text)[: 2 * MAX_LISTED]]
+        parsed = (_parse_preamble_line(each, decimal) for each in parts)
+        stated = [each for each in parsed if each[0]]
         cells = split_cells(text.lstrip("%#/ "), table.delimiter or ",")
         units = [read_label(cell.text).unit for cell in cells]
         if (
-            not key
+            not stated
             and line != table.header_line
             and len(units) == table.width > 1
             and all(units)
         ):
-            key, value = "units", "\t".join(units)
-        if key:
+            stated = [("units", "\t".join(units), "")]
+        for key, value, doubt in stated:
             statements[key] = Statement(value, f"row {line}: `{shorten_quote(text)}`{doubt}")
     return statements
 
@@ -383,6 +392,11 @@ def _parse_preamble_line(text: str, decimal: str) -> tuple[str, str, str]:
         unit = named["unit"]
         is_known = any(is_common_unit(unit, si) for si in SI.values())
         return ("unit", unit, "") if is_known else ("", "", "")
+    if sensitivity := SENSITIVITY.fullmatch(text):
+        numbers = _numbers_in(sensitivity["number"], decimal)
+        if len(numbers) == 1 and numbers[0] > 0:
+            unit = sensitivity["unit"].strip("()")
+            return "sensitivity", f"{numbers[0]:.12g}\t{unit}", ""
     assignment = ASSIGNMENT.fullmatch(text)
     if assignment is None:
         return "", "", ""
