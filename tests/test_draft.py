@@ -110,6 +110,20 @@ def test_damaged_row_is_named_and_costs_no_other(drysim, refused, tmp_path, row,
     assert drysim("validate", "draft.yaml").code == 0
 
 
+@pytest.mark.parametrize("torn", ["0.1", "ERROR", "0,1,2"])
+@pytest.mark.parametrize("sound", [0, 2])
+def test_damage_below_a_preamble_hides_no_header(tmp_path, torn, sound):
+    lines = rows(T, FLOOR).splitlines()
+    text = ["Logger 7", "Serial,12", "t [s],a [m/s2]", *lines[:sound], torn, *lines[sound:]]
+    (tmp_path / "r.csv").write_text("\n".join(text) + "\n")
+    if sound:
+        with pytest.raises(RecordError, match=f"row {sound + 4}"):
+            inspect_record(tmp_path / "r.csv")
+        return
+    keys = {each.key: each.value for each in inspect_record(tmp_path / "r.csv").proposals}
+    assert (keys["skip"], keys["rows"], keys["time"]) == (2, {"from": 5}, "t")
+
+
 @pytest.mark.parametrize(("first", "acc"), [("A", "0.1"), ("start", "0.1"), ("", "--")])
 def test_text_in_the_first_row_hides_no_header(drysim, tmp_path, first, acc):
     header, begin, *others = ("t [s],a (g)\n" + rows(T, FLOOR)).splitlines()

@@ -8,7 +8,7 @@ series that runs across the rows goes on from the end of a row to the beginning 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice, pairwise
 from typing import NamedTuple
@@ -24,6 +24,7 @@ from drysim.records.columns import (
     Format,
     RecordFile,
     RowSelection,
+    labelled_times,
     shorten_quote,
 )
 from drysim.records.options import Recorded
@@ -223,9 +224,26 @@ def find_rows(file: RecordFile, member: Format) -> tuple[RecordFile, Columns]:
             if attempt.skip and isinstance(columns, TextTable):  # empty rows, too
                 if not columns.header_line and skips_samples(columns):
                     continue
+                if not columns.header_line and (headed := _below_damage(file, member, columns)):
+                    return headed
                 attempt = replace(attempt, skip=(columns.header_line or columns.line) - 1)
             return attempt, columns
     raise fault
+
+
+def _below_damage(
+    file: RecordFile, member: Format, table: TextTable
+) -> tuple[RecordFile, Columns] | None:
+    """Return the file and columns of a table whose header is above a damaged row; or None."""
+    header_line = table.line - 2
+    attempt = replace(file, skip=max(header_line - 1, 0), rows=RowSelection(table.line))
+    try:
+        columns = member.columns(attempt)
+    except RecordError:
+        return None
+    is_headed = isinstance(columns, TextTable) and columns.header_line == header_line > 0
+    is_whole = all(label.text for label in columns.labels)
+    return (attempt, columns) if is_headed and is_whole else None
 
 
 def skips_samples(table: TextTable) -> bool:
@@ -239,9 +257,9 @@ def skips_samples(table: TextTable) -> bool:
 MAX_TORN = 0.1
 """Share of the rows examined that may be damaged in a table of samples."""
 
-MIN_SAMPLES_ABOVE = 10
+MIN_SAMPLES_ABOVE = 5
 """Samples above a row of words from which it is damage, or a repeated header. A row of words
-below fewer rows of numbers is the header, and these belong to the preamble."""
+below fewer rows of numbers is the header, unless a row above names units or times."""
 
 
 def _fault_of_rows(columns: Columns) -> RecordError | None:
@@ -264,11 +282,13 @@ def _fault_of_rows(columns: Columns) -> RecordError | None:
         len(cells) == columns.width and all(_may_be_number(cells[index]) for index in numeric)
         for cells in rows
     ]
+    units = any(label.unit for label in columns.labels)
+    is_labelled = units or labelled_times(columns) is not None
     if (
         is_sample[0]
         and any(is_sample[-3:])
         and is_sample.count(False) <= MAX_TORN * len(rows)
-        and not any(map(is_header, rows[:MIN_SAMPLES_ABOVE]))
+        and (is_labelled or not any(map(_has_words, rows[:MIN_SAMPLES_ABOVE])))
     ):
         return None
     try:
@@ -276,6 +296,11 @@ def _fault_of_rows(columns: Columns) -> RecordError | None:
     except RecordError as error:
         return error
     return columns.error("there are no rows of numbers")
+
+
+def _has_words(cells: Sequence[Cell]) -> bool:
+    """Return whether a row has words and no numbers."""
+    return is_header(cells) and not all(map(_may_be_number, cells))
 
 
 def _may_be_number(cell: Cell) -> bool:
@@ -393,10 +418,10 @@ def _parse_preamble_line(text: str, decimal: str) -> tuple[str, str, str]:
         is_known = any(is_common_unit(unit, si) for si in SI.values())
         return ("unit", unit, "") if is_known else ("", "", "")
     if sensitivity := SENSITIVITY.fullmatch(text):
-        numbers = _numbers_in(sensitivity["number"], decimal)
-        if len(numbers) == 1 and numbers[0] > 0:
-            unit = sensitivity["unit"].strip("()")
-            return "sensitivity", f"{numbers[0]:.12g}\t{unit}", ""
+        values = _numbers_in(sensitivity["number"], decimal)
+        unit = sensitivity["unit"].strip("()")
+        if len(values) == 1 and values[0] > 0:
+            return "sensitivity", f"{values[0]:.12g}\t{unit}", ""
     assignment = ASSIGNMENT.fullmatch(text)
     if assignment is None:
         return "", "", ""
