@@ -100,6 +100,15 @@ def test_a_wrong_level_is_named(curve, factor):
     assert float(rest.split()[0]) == pytest.approx(1.0 / factor, rel=0.06)
 
 
+@pytest.mark.parametrize(
+    ("levels", "names"), [((1.0, 0.6, 1.8), "#1 and #2"), ((1.8, 1.0, 0.6), "#1 and #3")]
+)
+def test_exchanged_levels_are_named_and_no_factor(levels, names):
+    result = package.fit(package.load(GALLERY, curves_of_gallery(levels)), workers=1)
+    named = next(warning for warning in result.warnings if warning.slug == "bad-fit")
+    assert named.sentence.endswith(f"; the levels of curves {names} seem to be exchanged")
+
+
 def test_a_wrong_level_of_two_entries_is_named():
     levels = {"0.6": 0.6, "1.0": 2.0**0.5, "1.8": 1.8}
     apart = [

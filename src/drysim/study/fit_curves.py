@@ -34,7 +34,7 @@ from drysim.core.model import Floats, Input, State
 from drysim.errors import ScenarioError, SolverError
 from drysim.excitation.harmonic import Harmonic
 from drysim.records.record import read_ratios
-from drysim.scenario.fit import FIT_KEY, LEVEL_UNITS, RATIOS
+from drysim.scenario.fit import FIT_KEY, LEVEL_UNITS, RATIOS, Curve
 from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.scenario.validation import spoken_name
 from drysim.study.fit_law import AGREE, EXACT, ChannelFit, LawFit, Steps, restored_end
@@ -789,17 +789,25 @@ def possible_faults(
         yield fault, rows._replace(rms=level), False
     block = fit_of(model.scenario).curves or ()
     for i, j in combinations(suspected, 2):
-        fault = f"the levels of {curve_names((i, j))} seem to be exchanged"
-        level = rows.rms.copy()
-        for curve, other in ((i, j), (j, i)):
-            here = rows.curve == curve
-            level[here] = block[other].base_rms(rows.frequency[here])
-        yield fault, rows._replace(rms=level), True
+        yield EXCHANGED.format(curve_names((i, j))), exchange_levels(rows, block, i, j), True
     every = tuple(range(len(block)))
     for curves in sorted({every, *((i,) for i in suspected)}):
         fault = f"T_a and T_x of {curve_names(curves)} seem to be exchanged"
         ratio = np.where(np.isin(rows.curve, curves), 1 - rows.ratio, rows.ratio)
         yield fault, rows._replace(ratio=ratio), True
+
+
+EXCHANGED = "the levels of {} seem to be exchanged"
+"""Fault of two curves."""
+
+
+def exchange_levels(rows: CurveRows, curves: Sequence[Curve], i: int, j: int) -> CurveRows:
+    """Return the rows of all curves, two of them with the level of each other."""
+    level = rows.rms.copy()
+    for curve, other in ((i, j), (j, i)):
+        here = rows.curve == curve
+        level[here] = curves[other].base_rms(rows.frequency[here])
+    return rows._replace(rms=level)
 
 
 def curves_of_levels(model: CurveModel, suspected: Sequence[int]) -> list[tuple[int, ...]]:

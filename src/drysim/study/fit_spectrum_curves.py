@@ -30,6 +30,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from math import ceil, floor
 from typing import ClassVar, NamedTuple
 
@@ -52,12 +53,15 @@ from drysim.scenario.fit import RATIOS
 from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.study.fit_curves import (
     CURVES,
+    EXCHANGED,
     NOT_FITTED,
+    STARTS_TRIED,
     CurveFit,
     CurveModel,
     CurveSquares,
     curve_names,
     curves_of_levels,
+    exchange_levels,
     final_fit,
     follow_starts,
     read_model,
@@ -770,9 +774,10 @@ class SpectrumFit(CurveFit):
 
     @cached_property
     def wrong_level(self) -> str:
-        """Which level is wrong, by the residuals; empty if none is.
+        """Which level is wrong, or which two are exchanged; empty if none is.
 
-        Each curve in turn has a level to be fitted, by linear least squares.
+        Each curve in turn has a level to be fitted, by linear least squares. If one matters,
+        the best of all fits with another level, or with exchanged ones, says which.
         """
         solution = self.solution
         mask, slopes = solution.mask, solution.jacobian
@@ -780,7 +785,8 @@ class SpectrumFit(CurveFit):
             solution.squares.solve(solution.x)
         ).values()
         residuals = difference[mask] / solution.squares.noise[CURVES]
-        is_wrong, together = False, curves_of_levels(self.model, suspects(self))
+        suspected = suspects(self)
+        is_wrong, together = False, curves_of_levels(self.model, suspected)
         for curves in together:
             column = self.slope_by_level(curves)[mask]
             column -= slopes @ (solution.covariance @ (slopes.T @ column))
@@ -790,36 +796,56 @@ class SpectrumFit(CurveFit):
             change = -float(column @ residuals) / size
             deviation = float(np.sqrt(self.covariance_through(column[None] / size)[0, 0]))
             is_wrong |= abs(change) > max(WRONG_LEVEL * deviation, LEAST_CHANGE)
-        if not is_wrong:
+        if not is_wrong and self.error <= GOOD_FIT:
             return ""
-        _, error, curves, factor = min(self.free_level(curves) for curves in together)
-        if error > GOOD_FIT:
-            return ""
-        return (
-            f"the level of {curve_names(curves)} seems to be wrong: with {factor:.2g} times "
-            "the stated one all curves fit better"
-        )
+        fits = [self.free_level(curves) for curves in together]
+        fits += [self.exchanged_levels(i, j) for i, j in combinations(suspected, 2)]
+        _, error, fault = min(fits)
+        return fault if error <= GOOD_FIT else ""
 
-    def free_level(
-        self, curves: tuple[int, ...]
-    ) -> tuple[float, float, tuple[int, ...], float]:
-        """Return cost and error of the best fit with a free level, its curves and factor."""
-        trial = replace(self.trial, model=replace(self.model, seeds=LEVEL_SEEDS))
+    @property
+    def quick(self) -> CurveSquares:
+        """Residuals under few signals."""
+        return replace(self.trial, model=replace(self.model, seeds=LEVEL_SEEDS))
+
+    def free_level(self, curves: tuple[int, ...]) -> tuple[float, float, str]:
+        """Return cost and error of the best fit with another level of curves; the fault."""
+        quick = self.quick
         bounds = [
             np.append(ends, np.log(10.0) * sign)
-            for ends, sign in zip(trial.bounds, (-1.0, 1.0), strict=True)
+            for ends, sign in zip(quick.bounds, (-1.0, 1.0), strict=True)
         ]
 
         def residuals(z: Floats) -> Floats:
-            other = with_level(trial, curves, float(np.exp(z[-1])))
+            other = with_level(quick, curves, float(np.exp(z[-1])))
             return other.residuals(other.solve(z[:-1]), other.all_samples)
 
         function = Differentiable(residuals, lambda z: None)
         start, step = np.append(self.solution.x, 0.0), SpectrumModel.slope_step
         z = minimise(function, start, step, (bounds[0], bounds[1]), LEVEL_CALLS, None, 1e-3)
         factor = float(np.exp(z[-1]))
-        error = with_level(trial, curves, factor).relative_error(z[:-1])
-        return float(np.sum(residuals(z) ** 2)), error, curves, factor
+        fault = (
+            f"the level of {curve_names(curves)} seems to be wrong: with {factor:.2g} times "
+            "the stated one all curves fit better"
+        )
+        error = with_level(quick, curves, factor).relative_error(z[:-1])
+        return float(np.sum(residuals(z) ** 2)), error, fault
+
+    def exchanged_levels(self, i: int, j: int) -> tuple[float, float, str]:
+        """Return cost and error of the best fit with two levels exchanged; the fault."""
+        quick, block = self.quick, fit_of(self.model.scenario).curves or ()
+        rows = exchange_levels(quick.model.rows, block, i, j)
+        other = replace(quick, model=replace(quick.model, rows=rows))
+        function, step = other.over(other.all_samples), SpectrumModel.slope_step
+        starts = [self.solution.x]
+        if self.error > GOOD_FIT:  # the fault may have led the fit far away
+            near = other.model.short.starts()[:STARTS_TRIED]
+            starts += [start / other.scale for start in near]
+        fits = []
+        for start in starts:
+            x = minimise(function, start, step, other.bounds, LEVEL_CALLS, None, 1e-3)
+            fits.append((float(np.sum(function.value(x) ** 2)), other.relative_error(x)))
+        return *min(fits), EXCHANGED.format(curve_names((i, j)))
 
     def slope_by_level(self, curves: tuple[int, ...]) -> Floats:
         """Return the derivative of the residuals by the logarithm of the level of curves."""
