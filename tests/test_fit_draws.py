@@ -96,7 +96,8 @@ def test_static_limit_at_a_jump_says_nothing_of_the_other_values(linear):
     covariance = np.diag([1e-4, 4e-4, 1e-20])
     covariance[:2, 2] = covariance[2, :2] = 1e-12  # rounding
     given = fit_draws.Likelihood(linear.solution, (0, 1), ())
-    assert given.at_given_others(covariance) == pytest.approx(covariance[:2, :2])
+    left = given.given_others(covariance)
+    assert left @ covariance @ left.T == pytest.approx(covariance[:2, :2])
 
 
 def test_draws_keep_the_bounds_that_the_likelihood_is_cut_by(linear):

@@ -15,9 +15,11 @@ Method
     3. A static limit that only the order of events bounds is uniform over the interval of its
        profile. Any other is a value as the rest: how long the mass sticks tells it. Its
        likelihood may have several modes, which is why a first round spans its whole interval.
-    4. Noise of the base makes the likelihood too narrow. The draws are scaled about their mean
-       so that they have the robust covariance (horizontal adjustment). It also changes the
-       metrics of a motion: each draw is solved with noise of its own, too.
+    4. Noise of the base moves the values, which the likelihood does not know, and changes the
+       metrics of a motion, often in the same direction. Each draw gets a noise of its own: the
+       error of the values that it makes is added, and the motion is solved with it. What else
+       the noise of the channels has beyond white noise of the fitted size scales the draws
+       about their mean (horizontal adjustment). Draws that leave their bounds are replaced.
     5. A value that the record does not determine is uniform over what is left open, if it has
        bounds; otherwise there are no draws.
 
@@ -42,10 +44,10 @@ from drysim.errors import WarningMessage
 from drysim.scenario.model import STATIC_PATHS, Scenario
 from drysim.scenario.sampling import Design, sobol_points
 from drysim.study.case import Case
+from drysim.study.fit_base_noise import NOISES, drawn_noise
 from drysim.study.fit_law import EXACT, USELESS, LawFit, Steps
 from drysim.study.fit_least_squares import (
     SMALLEST_STEP,
-    LeastSquares,
     Solution,
     covariance_of,
 )
@@ -55,7 +57,7 @@ from drysim.study.run import try_measure
 from drysim.study.statistics import NORMAL_95, median_and_ends
 from drysim.wording import join_words
 
-DRAWS = 256
+DRAWS = NOISES
 """Number of draws: the ends of a 95 % interval have 6 of them beyond."""
 
 POINTS, ROUNDS = 512, 5
@@ -78,8 +80,8 @@ WIDER = 1.5
 SINGULAR = 1e-10
 """Least eigenvalue of a covariance, relative to the largest."""
 
-NOISE_SEED = 2012
-"""Seed of the noises of the base, with the number of the draw."""
+TRIES = 20
+"""Number of draws tried with each noise of the base until one is within its bounds."""
 
 
 class Draws(NamedTuple):
@@ -322,17 +324,18 @@ class Likelihood:
     regular: tuple[int, ...]
     first_rounds: tuple[Round, ...]
 
-    def at_given_others(self, covariance: Floats) -> Floats:
-        """Return a covariance of the parameters while the others are as fitted.
+    def given_others(self, covariance: Floats) -> Floats:
+        """Return the matrix that maps errors of all parameters to those left of the regular.
 
-        A deviation as small as rounding is that of a jump, and its correlations are rounding.
+        What is left does not correlate with the errors of the others, which stay as fitted. A
+        deviation as small as rounding is that of a jump, and its correlations are rounding.
         """
         of, others = list(self.regular), range(len(covariance))
         given = [j for j in others if j not in of and covariance[j, j] > SMALLEST_STEP**2]
+        left: Floats = np.eye(len(covariance))[of]
         across = covariance[np.ix_(of, given)]
-        less = across @ np.linalg.pinv(covariance[np.ix_(given, given)]) @ across.T
-        rest: Floats = covariance[np.ix_(of, of)] - less
-        return rest
+        left[:, given] = -across @ np.linalg.pinv(covariance[np.ix_(given, given)])
+        return left
 
     def draw(self, steps: Steps, is_exact: bool = False) -> tuple[Floats, float]:
         """Return draws, and the effective number of points.
@@ -368,13 +371,51 @@ class Likelihood:
                 break
             if is_begun:
                 rounds.append(adapted(x, weights, first))
-        drawn = x[resampled(weights)]
-        covariances = solution.covariance, solution.robust_covariance
-        if not np.array_equal(*covariances):
-            mean = drawn.mean(axis=0)  # of all modes
-            matrix = adjustment(*map(self.at_given_others, covariances))
-            drawn = mean + (drawn - mean) @ matrix.T
-        return drawn, effective
+        return self.adjusted_draws(x[resampled(weights)]), effective
+
+    def adjusted_draws(self, drawn: Floats) -> Floats:
+        """Return draws of the likelihood with the errors that it does not know."""
+        solution = self.solution
+        plain, robust = solution.covariance, solution.robust_covariance
+        if np.array_equal(plain, robust):
+            return drawn
+        errors = np.zeros((DRAWS, len(plain)))
+        if solution.base_errors is not None:
+            errors = solution.base_errors
+        solved = max(1, int(errors.any(axis=1).sum()))
+        white = robust - errors.T @ errors / solved
+        left, left_robust = map(self.given_others, (plain, robust))
+        matrix = adjustment(left @ plain @ left.T, left_robust @ white @ left_robust.T)
+        errors = errors @ left_robust.T
+        mean = drawn.mean(axis=0)  # of all modes
+        scaled: Floats = mean + (drawn - mean) @ matrix.T
+        draws = drawn.copy()
+        partners, open_draws = np.arange(DRAWS), np.arange(DRAWS)
+        for number in range(TRIES):
+            tried = scaled[partners[open_draws]] + errors[open_draws]
+            inside = np.array([self.is_allowed(point) for point in tried])
+            draws[open_draws[inside]] = tried[inside]
+            open_draws = open_draws[~inside]
+            if not len(open_draws):
+                break
+            partners = np.random.default_rng(number).permutation(DRAWS)
+        return draws
+
+    def is_allowed(self, point: Floats) -> bool:
+        """Return whether a point is within bounds, and static limits above kinetic ones."""
+        squares, regular = self.solution.squares, list(self.regular)
+        x = self.at(point)
+        low, high = squares.bounds
+        values = x * squares.scale
+        allowed = np.array([*squares.model.point(values).values()])
+        inside = (low <= x) & (x <= high) & (allowed <= values + 1e-12 * np.abs(values))
+        return bool(inside[regular].all())
+
+    def at(self, point: Floats) -> Floats:
+        """Return all parameters, with the regular ones of a point."""
+        x: Floats = self.solution.x.copy()
+        x[list(self.regular)] = point
+        return x
 
     def sums_of_squares(self, points: Floats, steps: Steps) -> Floats:
         """Return the sums of squares at points; infinite beyond a bound and for no scene."""
@@ -384,24 +425,13 @@ class Likelihood:
 
 def squares_at(likelihood: Likelihood, points: Floats) -> Floats:
     """Return the sums of squares at some points."""
-    solution, regular = likelihood.solution, list(likelihood.regular)
-    squares, sums = solution.squares, []
+    squares, mask, sums = likelihood.solution.squares, likelihood.solution.mask, []
     for point in points:
-        x = solution.x.copy()
-        x[regular] = point
-        solved = squares.solve(x) if is_allowed(squares, x, regular) else None
-        residuals = None if solved is None else squares.residuals(solved, solution.mask)
+        is_allowed = likelihood.is_allowed(point)
+        solved = squares.solve(likelihood.at(point)) if is_allowed else None
+        residuals = None if solved is None else squares.residuals(solved, mask)
         sums.append(np.inf if residuals is None else float(np.sum(residuals**2)))
     return np.array(sums)
-
-
-def is_allowed(squares: LeastSquares, x: Floats, drawn: list[int]) -> bool:
-    """Return whether drawn parameters are within bounds, and static limits above kinetic."""
-    low, high = squares.bounds
-    values = x * squares.scale
-    allowed = np.array([*squares.model.point(values).values()])
-    inside = (low <= x) & (x <= high) & (allowed <= values + 1e-12 * np.abs(values))
-    return bool(inside[drawn].all())
 
 
 def effective_size(weights: Floats) -> float:
@@ -509,8 +539,8 @@ def metrics_at(
         if noise > 0.0:
             assert isinstance(motion, Samples), "noise is that of a record"
             u_dd = np.asarray(motion.u_dd[:])
-            added = noise * np.random.default_rng((NOISE_SEED, number)).normal(size=len(u_dd))
-            noisy = motion._replace(u_dd=u_dd + added, u=None, mean_squares=None)
+            u_dd = u_dd + drawn_noise(noise, number, len(u_dd))
+            noisy = motion._replace(u_dd=u_dd, u=None, mean_squares=None)
             row = 2.0 * row - metrics_on(scene, noisy, names)
         rows.append(row)
     return np.array(rows)

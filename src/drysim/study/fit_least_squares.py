@@ -520,8 +520,9 @@ class Solution(NamedTuple):
     """A minimum: residuals in units of the noise, scaled parameters, covariance, samples.
 
     `covariance` is that of white residuals; `robust_covariance` also has what the noise of the
-    base motion adds, if any. `smooth` are the samples whose mode does not change, `mask` those
-    of them without outliers.
+    base motion adds, if any; `base_errors`, of shape (n, p), are the errors of the parameters
+    that drawn noises of it make. `smooth` are the samples whose mode does not change, `mask`
+    those of them without outliers.
     """
 
     squares: LeastSquares
@@ -532,6 +533,7 @@ class Solution(NamedTuple):
     smooth: Mask
     mask: Mask
     sum_of_squares: float
+    base_errors: Floats | None = None
 
     @property
     def cost(self) -> float:
