@@ -117,8 +117,28 @@ def test_draws_keep_the_bounds_that_the_likelihood_is_cut_by(linear):
     assert (damping.mean() - value) / deviation == pytest.approx(0.207, abs=0.1)
 
 
-def test_draws_are_uniform_within_bounds_that_the_record_hardly_sees(linear):
-    deviations = 1e-3 * linear.first.scale * np.sqrt(np.diag(linear.solution.covariance))
+def under_base_noise(law_fit: LawFit, variance: float) -> LawFit:
+    """Return a fit with errors that noise of the base adds, of a variance relative to white."""
+    solution = law_fit.solution
+    normal = np.random.default_rng(3).normal(size=(fit_draws.DRAWS, len(solution.x)))
+    errors = normal @ np.linalg.cholesky(variance * solution.covariance).T
+    robust = solution.covariance + errors.T @ errors / len(errors)
+    noisy = solution._replace(robust_covariance=robust, base_errors=errors)
+    return replace(law_fit, solution=noisy)
+
+
+def test_errors_by_noise_of_the_base_are_in_the_draw_of_the_same_number(linear):
+    noisy = under_base_noise(linear, 100.0)
+    errors = noisy.solution.base_errors
+    scaled = drawn(noisy).values / linear.first.scale - linear.solution.x
+    rest = (scaled - errors) / np.sqrt(np.diag(linear.solution.covariance))
+    assert rest.std(axis=0) == pytest.approx([1.0, 1.0], rel=0.15)
+
+
+@pytest.mark.parametrize("width, noise", [(1e-3, 0.0), (1e-3, 4.0), (0.3, 4.0)])
+def test_draws_are_uniform_within_bounds_that_the_record_hardly_sees(linear, width, noise):
+    linear = under_base_noise(linear, noise) if noise else linear
+    deviations = width * linear.first.scale * np.sqrt(np.diag(linear.solution.covariance))
     parameters = tuple(
         replace(parameter, low=value - deviation, high=value + deviation)
         for parameter, value, deviation in zip(
@@ -132,10 +152,19 @@ def test_draws_are_uniform_within_bounds_that_the_record_hardly_sees(linear):
     )
     within = (draws.values - linear.values) / deviations
     assert draws.effective > fit_draws.DRAWS
+    assert np.abs(within).max() < 1.0  # none of them was moved to a bound
     assert (
         pytest.approx(np.tile([-0.5, 0.0, 0.5], (2, 1)), abs=0.12)
         == np.quantile(within, (0.25, 0.5, 0.75), axis=0).T
     )
+
+
+def test_value_whose_bounds_are_narrow_is_not_said_to_be_without_effect(tmp_path):
+    write_twin(tmp_path, SEAT + friction("kinetic: 30"), noise={"x_dd": 0.05}, seconds=3.0)
+    free = f"{keys('oscillator.stiffness')}, friction.kinetic: {{from: 29.99, to: 30.01}}"
+    known = "oscillator: {mass: 75, damping: 500}\n" + COULOMB
+    kinetic = fit_twin(tmp_path, known, free).parameters[1]
+    assert kinetic.note == "its bounds are narrower than its interval from this record"
 
 
 @pytest.fixture(scope="module")

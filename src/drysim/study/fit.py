@@ -649,6 +649,11 @@ def reason_of(law_fit: LawFit, group: tuple[int, ...]) -> str:
         return f"the mass never sticks {model.extent}, so that its value does not matter here"
     if not law_fit.slides:
         return f"the fitted mass never slides {model.extent}"
+    if group[0] not in law_fit.undetermined:
+        bounds = [float(ends[group[0]]) for ends in model.bounds]
+        if np.isfinite(bounds).all():
+            return f"its bounds are narrower than its interval from {model.subject}"
+        return f"none of its values contradicts {model.subject}"
     return f"it has no effect on {model.subject} beyond the noise"
 
 
