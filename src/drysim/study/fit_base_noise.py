@@ -11,8 +11,8 @@ Method
     1. The response to the noise is that of the fitted motion itself: noise is drawn, added to
        the base record, and the motion solved anew. The changes d_i of the residuals contain
        the shifts of stops and break-aways, too.
-    2. The residuals have the spectrum a S_w + b S_d, with S_w that of white noise and S_d the
-       mean one of the d_i, both without the part that the fit of the parameters takes away.
+    2. The residuals have the spectrum a S_w + b S_d, with S_w that of white noise and S_d that
+       of the d_i, both without the part that the fit of the parameters takes away.
        The shares a (of each channel) and b maximise Whittle's likelihood, by Fisher scoring:
        least squares of the periodogram, weighted by the spectrum itself. Stated noise is a
        share that is given. Otherwise the noise of the base is that which the fourth
@@ -46,9 +46,10 @@ NOISES, PILOT_NOISES = 256, 16
 """Number of drawn noises; of those that find the size of the noise. With 256 the standard
 deviation that the noise adds to a parameter is known to 4 %."""
 
-CONTRADICTED = 3.0
+CONTRADICTED = 5.0
 """Standard deviations by which the residuals have to contradict the noise of the base record,
-by the ratio of likelihoods."""
+by the ratio of likelihoods. A rough motion does so by far; taken for too small, the noise would
+make intervals too narrow."""
 
 SEED = 2011
 """Seed of the noises, with the number of the draw."""
@@ -62,6 +63,10 @@ LEAST_FREEDOM, MOST_FREEDOM = 5.0, 1e6
 SMALLEST_SPECTRUM = 1e-9
 """Spectrum of the residuals, relative to its largest value, below which a bin has no more
 weight."""
+
+
+SMALLEST_PERIODOGRAM = 1e-100
+"""Periodogram that counts as none."""
 
 
 class BaseNoise(NamedTuple):
@@ -81,10 +86,12 @@ class BaseNoise(NamedTuple):
 
 
 class Changes(NamedTuple):
-    """What drawn noises of the base record change, as the mean over draws."""
+    """What drawn noises of the base record change."""
 
     spectra: Floats
-    """Mean periodogram of the residuals' changes in each channel, shape (channels, bins)."""
+    """Spectrum of the residuals' changes in each channel, shape (channels, bins): geometric mean
+    of the periodograms, whose logarithms are too low by Euler's constant. A mean would be that
+    of the few noises by which the motion makes a stop more or less."""
     errors: Floats
     """Errors of the scaled parameters, shape (draws, p); 0 where no motion can be solved."""
 
@@ -196,14 +203,14 @@ def changes_under(solution: Solution, level: float, draws: int, pool: WorkerPool
     for number, each in enumerate(pool.map_in_order(change, range(draws), shared)):
         if each is not None:
             spectra, errors[number] = each
-            total = total + spectra
+            total = total + np.log(np.maximum(spectra, SMALLEST_PERIODOGRAM))
             solved += 1
     if not solved:
         raise SolverError(
             f"no motion can be solved under noise of the base of {level:.3g} m/s²; "
             "`fit.noise.u_dd: 0` takes the base as exact"
         )
-    return Changes(total / solved, errors)
+    return Changes(np.exp(total / solved + np.euler_gamma), errors)
 
 
 def change_under(
