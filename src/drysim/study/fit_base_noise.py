@@ -42,14 +42,15 @@ from drysim.study.fit_least_squares import NOISELESS, OUTLIER, Solution
 from drysim.study.starting_values import noise_level
 from drysim.study.statistics import NORMAL_95
 
-NOISES, PILOT_NOISES = 256, 16
-"""Number of drawn noises; of those that find the size of the noise. With 256 the standard
-deviation that the noise adds to a parameter is known to 4 %."""
+NOISES, FEW_NOISES, PILOT_NOISES = 256, 64, 16
+"""Number of drawn noises; of those that tell the samples to select, and the size of the noise.
+With 256 the standard deviation that the noise adds to a parameter is known to 4 %."""
 
-CONTRADICTED = 5.0
-"""Standard deviations by which the residuals have to contradict the noise of the base record,
-by the ratio of likelihoods. A rough motion does so by far; taken for too small, the noise would
-make intervals too narrow."""
+CONTRADICTED, ROUGH = 5.0, 0.05
+"""Standard deviations, by the ratio of likelihoods, from which the residuals contradict the
+noise of the base record, and the largest share of it that they then leave: a rough motion leaves
+far less. Noise that is taken for too small makes intervals too narrow, and where stops are just
+made or missed its changes seem larger than they are, as a fit chooses among them."""
 
 SEED = 2011
 """Seed of the noises, with the number of the draw."""
@@ -113,11 +114,13 @@ def drawn_noise(level: float, number: int, count: int) -> Floats:
     return noise
 
 
-def with_base_noise(solution: Solution, pool: WorkerPool) -> tuple[Solution, BaseNoise | None]:
+def with_base_noise(
+    solution: Solution, pool: WorkerPool, noises: int = NOISES
+) -> tuple[Solution, BaseNoise | None]:
     """Return the solution with its covariance under noise of the base record, and this noise.
 
     There is none if the base is not a record, as that of a rig or of a formula. The pool
-    solves the motions with drawn noise.
+    solves the motions with a number of drawn noises.
     """
     model = solution.squares.model
     motion = model.motion
@@ -135,14 +138,15 @@ def with_base_noise(solution: Solution, pool: WorkerPool) -> tuple[Solution, Bas
         likely, stated_share = (
             noise_shares(solution, seen.spectra, share) for share in (None, 1.0)
         )
-        if 2.0 * (likely.log_likelihood - stated_share.log_likelihood) < CONTRADICTED**2:
+        gain = 2.0 * (likely.log_likelihood - stated_share.log_likelihood)
+        if gain < CONTRADICTED**2 or likely.shares[-1] > ROUGH:
             given = 1.0
         else:
             level *= float(np.sqrt(likely.shares[-1]))
     white = white_spectra(solution)
     if level == 0.0:
         return solution, BaseNoise(0.0, stated is not None, white)
-    changes = changes_under(solution, level, NOISES, pool)
+    changes = changes_under(solution, level, noises, pool)
     likely = noise_shares(solution, changes.spectra, given)
     shares = likely.shares
     robust, base_errors = sandwich(solution, changes, likely)
@@ -172,7 +176,7 @@ def sandwich(solution: Solution, changes: Changes, likely: Shares) -> tuple[Floa
     robust: Floats = np.tensordot(shares, parts, axes=1)
     diagonals = np.diagonal(parts, axis1=1, axis2=2)
     variance = np.einsum("ij,ik,kj->j", diagonals, likely.covariance, diagonals)
-    variance += 2.0 / NOISES * (shares[-1] * diagonals[-1]) ** 2
+    variance += 2.0 / len(changes.errors) * (shares[-1] * diagonals[-1]) ** 2
     freedom = 2.0 * np.diag(robust) ** 2 / np.maximum(variance, 1e-300)
     wider = stdtrit(np.clip(freedom, LEAST_FREEDOM, MOST_FREEDOM), 0.975) / NORMAL_95
     return robust * np.outer(wider, wider), np.sqrt(shares[-1]) * changes.errors * wider

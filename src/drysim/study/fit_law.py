@@ -14,7 +14,7 @@ from drysim.core.model import Floats
 from drysim.parallel import WorkerPool
 from drysim.scenario.fit import CHANNELS
 from drysim.scenario.model import STATIC_PATHS
-from drysim.study.fit_base_noise import BaseNoise, with_base_noise
+from drysim.study.fit_base_noise import FEW_NOISES, BaseNoise, with_base_noise
 from drysim.study.fit_least_squares import (
     BETTER,
     DIFFERENCE,
@@ -438,12 +438,41 @@ def under_base_noise(law_fit: LawFit, steps: Steps) -> LawFit:
     is_fit = EXACT <= law_fit.error <= USELESS
     if not (is_fit and law_fit.model.has_recorded_base):
         return law_fit
-    solution, noise = with_base_noise(law_fit.solution, steps.pool)
+    solution, noise = with_base_noise(law_fit.solution, steps.pool, FEW_NOISES)
     ratios = np.array([solution.inflation(j) for j in range(len(solution.x))])
     if ratios.max() > WIDER:  # profiles must stay where the mode of the samples does not change
-        refitted = final_fit(solution.squares, solution.x, ratios)
-        solution, noise = with_base_noise(refitted, steps.pool)
-    return replace(law_fit, solution=solution, base_noise=noise)
+        solution = final_fit(solution.squares, solution.x, ratios)
+    solution, noise = with_base_noise(solution, steps.pool)
+    law_fit = replace(law_fit, solution=solution, base_noise=noise)
+    at_rest = without_start(law_fit)
+    return law_fit if at_rest is None else under_base_noise(at_rest, steps)
+
+
+def without_start(law_fit: LawFit) -> LawFit | None:
+    """Return the fit from the start of the file; None if it states one, or another is shown.
+
+    Noise of the base may look like a start in motion, until it is known.
+    """
+    model, solution = law_fit.model, law_fit.solution
+    free = [p.key for p in model.parameters]
+    keys = [key for key in model.scenario.unstated_start if key in free]
+    if not keys:
+        return None
+    started = [free.index(key) for key in keys]
+    state = model.scenario.start
+    rest = np.array([{"start.x_r": state.x_r, "start.v_r": state.v_r}[key] for key in keys])
+    shift = solution.x[started] - rest / law_fit.first.scale[started]
+    inverse = np.linalg.pinv(solution.robust_covariance[np.ix_(started, started)])
+    if shift @ inverse @ shift > START_CHANCE:
+        return None
+    kept = [j for j in range(len(free)) if j not in started]
+    model = replace(model, parameters=tuple(model.parameters[j] for j in kept))
+    first, squares = (
+        replace(each, model=model, scale=each.scale[kept])
+        for each in (law_fit.first, solution.squares)
+    )
+    ends = tuple(x[kept] for x in law_fit.ends)
+    return LawFit(model, first, ends, final_fit(squares, solution.x[kept]))
 
 
 def profiles_of(
