@@ -28,8 +28,11 @@ from drysim.study.fit_law import (
     Parameter,
     Steps,
     first_alike,
+    fit_law,
+    ignore_progress,
     profiles_of,
     refit_from_profiles,
+    under_base_noise,
 )
 from drysim.study.fit_least_squares import Differentiable, LeastSquares, final_fit, sizes
 from drysim.study.fit_model import build_model, fitted_end
@@ -354,6 +357,21 @@ def test_stated_start_that_the_record_contradicts_is_named(tmp_path):
     assert not kinetic.low <= F_FK <= kinetic.high
     told = "does not begin with the stated start.x_r and start.v_r"
     assert told in only(result, "start-differs")
+
+
+@pytest.mark.parametrize(("begin", "fitted"), [(0.0, ()), (1.5, ("start.x_r", "start.v_r"))])
+def test_start_is_at_rest_unless_more_than_noise_of_the_base_shows_it(tmp_path, begin, fitted):
+    write_twin(tmp_path, SEAT + STICKY, noise={"x_r": 1e-4}, seed=5)
+    cut_records(tmp_path, begin)
+    base_with_noise(tmp_path, 0.02)
+    scenario = load_twin(tmp_path, MASS + COULOMB, keys(*FOUR), "x_r: x_r")
+    model = build_model(scenario).with_free_start(["start.x_r", "start.v_r"])
+    with WorkerPool(1) as pool:
+        steps = Steps(pool)
+        end = fitted_end(scenario, model.measurement)
+        law_fit = under_base_noise(fit_law(model, end, steps, ignore_progress), steps)
+    assert [p.key for p in law_fit.model.parameters] == [*FOUR, *fitted]
+    assert law_fit.base_noise.level == pytest.approx(0.02, rel=0.3)
 
 
 # Derivatives in closed form

@@ -135,7 +135,7 @@ def test_errors_by_noise_of_the_base_are_in_the_draw_of_the_same_number(linear):
     assert rest.std(axis=0) == pytest.approx([1.0, 1.0], rel=0.15)
 
 
-@pytest.mark.parametrize("width, noise", [(1e-3, 0.0), (1e-3, 4.0), (0.3, 4.0)])
+@pytest.mark.parametrize(("width", "noise"), [(1e-3, 0.0), (1e-3, 4.0), (0.3, 4.0)])
 def test_draws_are_uniform_within_bounds_that_the_record_hardly_sees(linear, width, noise):
     linear = under_base_noise(linear, noise) if noise else linear
     deviations = width * linear.first.scale * np.sqrt(np.diag(linear.solution.covariance))

@@ -47,8 +47,8 @@ NOISES, FEW_NOISES, PILOT_NOISES = 256, 64, 16
 With 256 the standard deviation that the noise adds to a parameter is known to 4 %."""
 
 CONTRADICTED, ROUGH = 5.0, 0.05
-"""Standard deviations, by the ratio of likelihoods, from which the residuals contradict the
-noise of the base record, and the largest share of it that they then leave: a rough motion leaves
+"""Standard deviations, by the ratio of likelihoods, from which residuals contradict the noise
+of the base record, and the largest share of it that they then leave: of a rough motion it is
 far less. Noise that is taken for too small makes intervals too narrow, and where stops are just
 made or missed its changes seem larger than they are, as a fit chooses among them."""
 
@@ -90,8 +90,8 @@ class Changes(NamedTuple):
     """What drawn noises of the base record change."""
 
     spectra: Floats
-    """Spectrum of the residuals' changes in each channel, shape (channels, bins): geometric mean
-    of the periodograms, whose logarithms are too low by Euler's constant. A mean would be that
+    """Spectrum of the changed residuals in each channel, shape (channels, bins): the geometric
+    mean of periodograms, whose logarithms are too low by Euler's constant. A mean would be that
     of the few noises by which the motion makes a stop more or less."""
     errors: Floats
     """Errors of the scaled parameters, shape (draws, p); 0 where no motion can be solved."""
