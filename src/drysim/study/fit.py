@@ -112,7 +112,7 @@ from drysim.study.preparation import (
 )
 from drysim.study.run import measure_case
 from drysim.study.starting_values import noise_level
-from drysim.study.statistics import NORMAL_95
+from drysim.study.statistics import NORMAL_95, median_and_ends
 from drysim.study.store import Store
 from drysim.wording import (
     format_number,
@@ -528,7 +528,8 @@ def describe_fit(
 
     `metrics` are those of the fitted motion, as far as they are needed.
     """
-    model, parameters = law_fit.model, tuple(intervals(law_fit, profiles))
+    model = law_fit.model
+    parameters = tuple(intervals(law_fit, spanning_draws(profiles, law_fit, draws)))
     scenario = fitted_scenario(law_fit)
     metrics = {
         **metrics,
@@ -576,6 +577,28 @@ def shown_profile(law_fit: LawFit, j: int, profile: ParameterProfile) -> Profile
     if key.startswith(STATIC_PATHS) and law_fit.first.leaves_out_events:
         rise = rise - rise.min()
     return Profile(key, values * law_fit.first.scale[j], rise)
+
+
+def spanning_draws(
+    profiles: Mapping[int, ParameterProfile], law_fit: LawFit, draws: Draws
+) -> dict[int, ParameterProfile]:
+    """Return profiles, those of static limits with 95 % of the draws within their ends.
+
+    Noise of the base moves the break-aways, which decide over a static limit; its profile over
+    all samples takes the measured base as exact there.
+    """
+    spanning = dict(profiles)
+    if not (law_fit.base_noise and law_fit.base_noise.level and len(draws.values)):
+        return spanning
+    for j, profile in profiles.items():
+        if draws.keys[j].startswith(STATIC_PATHS):
+            scaled = draws.values[:, j] / float(law_fit.first.scale[j])
+            _, low, high = median_and_ends(scaled)
+            spanning[j] = profile._replace(
+                low=None if profile.low is None else min(profile.low, low),
+                high=None if profile.high is None else max(profile.high, high),
+            )
+    return spanning
 
 
 def intervals(law_fit: LawFit, profiles: Mapping[int, ParameterProfile]) -> Iterator[Parameter]:
