@@ -111,6 +111,7 @@ def test_gap_may_be_spelt_as_loggers_do(tmp_path, word):
 def test_what_is_no_number_is_no_gap(tmp_path, word):
     said = refused(tmp_path, f"a [m/s2]\n1\n{word}\n3\n", step="10 ms", **LINES)
     assert said.startswith("row 3, column 1")
+    assert ("if it is no sample" in said) == (word == "oops")
 
 
 @pytest.mark.parametrize("way", ["rows", "cells"])

@@ -892,7 +892,8 @@ def _not_a_sample(
 ) -> RecordError:
     """Return the error for a cell without a number, with a remedy if its row is no sample."""
     sentence = f"row {line}, {table.describe_column(index)}: {fault}"
-    if is_word(cell.text) or cell.text in (name.text for name in table.header[index:][:1]):
+    is_name = any(cell.text == name.text for name in table.header)
+    if is_name or (is_word(cell.text) and not fault.endswith(INFINITE_HINT)):
         sentence += _row_remedy(table, line)
     return table.file.error(sentence, line, cell)
 
