@@ -495,12 +495,15 @@ def test_an_interrupted_run_keeps_its_seeds_and_goes_on(drysim, noisy, tmp_path,
         assert answer.err.startswith(f"error: {sentence}")
         told = "finish it with its command and --resume, `drysim run ... --resume`"
         assert told in answer.err
+    planned = drysim(*words, "part", "--dry-run")
+    assert "finished seeds in part.partial would be discarded without --resume" in planned.err
     answer = drysim(*words, "part", "--resume")
     assert (answer.code, answer.err.count("\n")) == (0, answer.err.count("warning: ") + 1)
     assert answer.err.startswith("--resume: continuing after 8 seeds in part.partial\n")
     answer = drysim(*words, "part", "--resume")
     assert answer.err.startswith(
-        "--resume: no finished seeds in part.partial, starting from the beginning"
+        "--resume: no finished seeds in part.partial, starting from the beginning; part is "
+        "finished and is computed again"
     )
     assert not (tmp_path / "part.partial").exists()
     for name in ("ensemble.csv", "response.csv"):

@@ -199,6 +199,8 @@ def carry_out_each(jobs: Sequence[Job], common: Common) -> int:
 
         check_junit(common.junit, folders)
     if common.dry_run:
+        for job, folder in zip(jobs, folders, strict=True):
+            mode.print_discarded(folder, job.parts is not None and job.parts.resume)
         return mode.plan([job.plan(folder) for job, folder in zip(jobs, folders, strict=True)])
     worst, outcomes = EXIT_OK, []
     for job, folder in zip(jobs, folders, strict=True):
@@ -380,11 +382,13 @@ def locked_store(
 
 def describe_resumed(folder: Path, parts: Parts, store: Store) -> str:
     """Describe the finished parts from which --resume continues."""
+    from drysim.output.folder import stored_kind
     from drysim.wording import format_count
 
     if not len(store):
         nothing = f"no finished {parts.name} in {folder}.partial"
-        return f"--resume: {nothing}, starting from the beginning"
+        finished = f"; {folder} is finished and is computed again" * bool(stored_kind(folder))
+        return f"--resume: {nothing}, starting from the beginning{finished}"
     items, _ = parts.finished(store)
     what = format_count(items, parts.name.removesuffix("s")) if items else f"the {parts.name}"
     return f"--resume: continuing after {what} in {folder}.partial"

@@ -365,6 +365,15 @@ class OutputMode(NamedTuple):
                     )
             yield locked
 
+    def print_discarded(self, folder: Path, resume: bool) -> None:
+        """Print on stderr which finished work a command would discard."""
+        from drysim import output
+
+        for parts in () if resume else output.resumable_parts(folder):
+            self.print_loss(
+                f"finished {parts} in {folder}.partial would be discarded without --resume"
+            )
+
 
 def name_warnings(warnings: Sequence[WarningMessage], name: str) -> list[WarningMessage]:
     """Return warnings that begin with the name of their result, if it has one."""

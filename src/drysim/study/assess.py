@@ -17,7 +17,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from drysim.core.compile import choose_engine
-from drysim.core.model import Floats, Input, Samples
+from drysim.core.model import Floats, Input, Plant, Samples
 from drysim.errors import UsageError, WarningMessage
 from drysim.excitation.recorded import Record
 from drysim.metrics.checks import MEAN, Verdict
@@ -306,7 +306,10 @@ def require_bases(scenario: Scenario) -> None:
         sentence = f"{key} is required, the base, unless `excitation` is its record"
         raise scenario.error(sentence, "assess.measured")
     if measured.more_files and excitation.path != measured.path:
-        sentence = f"{key} is required with `more_files`: each file has its own base"
+        sentence = (
+            f"{key} is required with `more_files`: each file has its own base; of two loggers "
+            "put base and mass of each run into one file, or assess each run by itself"
+        )
         raise scenario.error(sentence, "assess.measured.more_files")
 
 
@@ -352,8 +355,12 @@ def prepare_runs(scenario: Scenario) -> tuple[list[PreparedRun], list[PreparedRu
 
 
 def segment_of(runs: Sequence[PreparedRun]) -> float:
-    """Return the length of the segments of the spectra of several runs [s]."""
-    return min(segment_length(run.case) for run in runs)
+    """Return the length of the segments of the spectra of several runs [s].
+
+    The measured spectra do not depend on a model: its resonance does not count.
+    """
+    cases = (replace(run.case, plant=Plant(1.0, 0.0, 0.0)) for run in runs)
+    return min(map(segment_length, cases))
 
 
 # One run
