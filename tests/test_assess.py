@@ -553,6 +553,8 @@ def test_two_rates_are_filtered_alike_and_keep_the_band_of_the_slower(tmp_path):
     assert sentence.endswith("`x_dd: {column: seat, remove: {above: 28.6 Hz}}`")
     both_sides = {"excitation": slower, "assess.measured.x_dd": alike}
     assert not warnings_of(drysim.assess(drysim.scenario(text, both_sides)), "filters-differ")
+    with pytest.raises(drysim.ScenarioError, match=r"x_dd=\{column: seat, remove: …\}`$"):
+        drysim.scenario(text, {"excitation": base, "assess.measured.x_dd.remove": low_pass})
     faster = {"excitation": base, "assess.measured.resample": {"rate": 200, "by": "spline"}}
     assert warnings_of(drysim.assess(drysim.scenario(text, faster)), "coarse-weighting")
 

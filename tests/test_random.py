@@ -236,12 +236,12 @@ def test_a_coarse_step_is_said_with_one_that_is_not():
 
 POINTS = {
     "points: [[1, 1]]": "excitation.points must have at least two points",
-    "points: [[1, 1], [1, 2]]": "excitation.points #2 #1 must be above the previous frequency",
+    "points: [[1, 1], [1, 2]]": "excitation.points #2, value 1 must be above the previous",
     "points: [[1, 1], [5, 2, 3]]": "excitation.points #2 must be a pair [frequency, PSD]",
     "points: [[1, 1], 5]": "excitation.points #2 must be a pair [frequency, PSD], not 5",
-    "points: [[0, 1], [5, 1]]": "excitation.points #1 #1 must be above 0 Hz",
-    "points: [[1, 0], [5, 1]]": "excitation.points #1 #2 must be above 0 (m/s²)²/Hz",
-    "points: [[1, 1 m/s2], [5, 1]]": "excitation.points #1 #2: `m/s2` is a unit",
+    "points: [[0, 1], [5, 1]]": "excitation.points #1, value 1 must be above 0 Hz",
+    "points: [[1, 0], [5, 1]]": "excitation.points #1, value 2 must be above 0 (m/s²)²/Hz",
+    "points: [[1, 1 m/s2], [5, 1]]": "excitation.points #1, value 2: `m/s2` is a unit",
     "points: [[1, 1], [1.01, 1]]": "excitation.duration must be at least 100 s",
     "points: [[1, 1], [200, 1]]": "solver.step must be below 0.0025 s",
 }

@@ -266,6 +266,8 @@ def read_bytes(path: Path) -> bytes:
         why = ": broken symbolic link" if path.is_symlink() else _suggest_file(path)
         if "*" in path.name:
             why = ": no file has a name of this pattern"
+        if path.parts[0] in ("http:", "https:"):
+            why = ": drysim reads no addresses of the web, only files"
         raise here.unreadable(f"no such file{why}") from None
     except (OSError, ValueError) as fault:
         reason = getattr(fault, "strerror", None) or str(fault)
@@ -767,7 +769,10 @@ def _set_node(
         )
         return node._replace(value=items)
     if not isinstance(node.value, dict):
-        raise location.unreadable(f"{done} is a value; it has no `{shorten(step)}`")
+        hint = ""
+        if ".measured." in done and isinstance(node.value, str):  # short for its block
+            hint = f"; write `{done}={{column: {shorten(node.value)}, {shorten(step)}: …}}`"
+        raise location.unreadable(f"{done} is a value; it has no `{shorten(step)}`{hint}")
     children = dict(node.value)
     if rest:
         old = children.get(step, Node({}, location))

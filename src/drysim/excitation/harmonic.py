@@ -266,8 +266,8 @@ class Shock(GeneratedMotion):
     kind: Literal["shock"]
     """A single pulse of acceleration."""
     pulse: Pulse
-    """Shape: half-sine, haversine, sawtooth (terminal-peak; falls within one step after its
-    end) or trapezoid."""
+    """Shape: half-sine, haversine, trapezoid or sawtooth with its peak at the end, from which
+    it falls within one step."""
     amplitude: Acceleration
     """Peak acceleration [m/s²]."""
     duration: Duration

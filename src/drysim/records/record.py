@@ -278,6 +278,8 @@ def read_ratios(
                 for row in np.flatnonzero(used & ~(series > 0.0))[:1].tolist():
                     what = "a frequency" if column == f else "a ratio of RMS values"
                     hint = "" if column == f else "; of values in dB write 10^(dB/20)"
+                    if column != f and series[row] == 0.0:
+                        hint = "; leave the cell empty where the mass sticks"
                     sentence = f"{what} must be above 0, not {float(series[row]):.6g}{hint}"
                     raise columns.error_at(row, column, sentence)
             resolution = scale * columns.printed_resolution(index)

@@ -90,7 +90,8 @@ def bench_findings(panel: BenchCase) -> Iterator[tuple[str, str]]:
         times = format_number((next_best.time or 0.0) / exact.time, digits=2)
         yield (
             "next best",
-            f"{entry_label(next_best)} is as accurate and takes {times} times as long",
+            f"{entry_label(next_best)} is exact to {EXACT_BELOW:g}, too, and takes "
+            f"{times} times as long",
         )
     for score in panel.scores:
         if score.verdict.startswith("failed"):

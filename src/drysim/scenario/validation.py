@@ -107,8 +107,14 @@ def dotted_name(keys: KeyPath) -> str:
 
 
 def spoken_name(keys: KeyPath) -> str:
-    """Return a key path in a sentence, such as `checks #2` for the second entry of a list."""
+    """Return a key path in a sentence, such as `checks #2` for the second entry of a list.
+
+    The first value of a list that is such an entry is `points #2, value 1`.
+    """
     name = ""
-    for key in keys:
-        name += f" #{key + 1}" if isinstance(key, int) else f".{shorten(str(key))}"
+    for before, key in zip(("", *keys), keys, strict=False):
+        if isinstance(key, int):
+            name += f", value {key + 1}" if isinstance(before, int) else f" #{key + 1}"
+        else:
+            name += f".{shorten(str(key))}"
     return name.removeprefix(".")
