@@ -23,7 +23,7 @@ Each warning proposes a remedy in terms of scenario keys. A mean near 9.81 m/s²
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import asin, ceil, sqrt
+from math import asin, ceil, pi, sqrt
 
 import numpy as np
 
@@ -206,20 +206,24 @@ def strength_warnings(
             f"{record.named}: all its samples are {level.mean:.4g} m/s²: it has no motion"
         )
         yield WarningMessage("record-still", sentence, {"mean": level.mean})
-    elif rms > LARGE_RMS and not level.is_event:
-        travel = rms * dt * dt / 6 / max(1 - rms_share_of_lines(values, rms) ** 2, 1e-12)
-        if travel > LARGE_TRAVEL:
+    elif rms > LARGE_RMS:
+        angle = sqrt(6 * max(1 - rms_share_of_lines(values, rms) ** 2, 1e-12))  # ω dt
+        cycles, travel = len(values) * angle / (2 * pi), rms * (dt / angle) ** 2
+        if cycles > MIN_CYCLES and travel > LARGE_TRAVEL:
             sentence = (
                 f"{record.named}: the RMS about the mean, {rms:.4g} m/s² or "
-                f"{rms / STANDARD_GRAVITY:.3g} g, is that of no floor: check unit and `scale` "
+                f"{rms / STANDARD_GRAVITY:.3g} g, is more than any floor or seat has: check "
+                "unit and `scale` "
                 f"(in mm instead of m it would be {rms / 1000:.4g} m/s²)"
             )
             yield WarningMessage("record-large", sentence, {"rms_about_mean": rms})
 
 
 LARGE_RMS, LARGE_TRAVEL = 100.0, 0.01
-"""RMS of ü [m/s²] and of u [m] that no vibration has at once: they take a power per mass of
-kilowatts per kilogram."""
+"""RMS of ü [m/s²] and of u [m] that no seat or floor has at once: 10 g at 16 Hz."""
+
+MIN_CYCLES = 10
+"""Cycles of a vibration; a shock has fewer, and may be as strong."""
 
 
 CUT_OFF = "cut these zeros off, with `rows` or in the file"
