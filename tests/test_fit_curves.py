@@ -258,6 +258,7 @@ def test_what_is_refused(refused, tmp_path, before, after, message):
         ("T_a0", "0", "must be above 0, not 0; leave the cell empty where the mass sticks"),
         ("T_a0", "-3.1", "a ratio of RMS values must be above 0, not -3.1; of values in dB"),
         ("T_a0 [dB]", "0.9", "is in dB: write the ratio, 10^(dB/20)"),
+        ("T_a0", "0.9,1,1,1,1,1\n5", "row 3 has 6 cells, not 7; delete the row"),
         ("T_a0 [m]", "0.9", "`m` is a unit of length"),
     ],
 )

@@ -63,7 +63,7 @@ from drysim.records.options import (
     Removal,
     Window,
 )
-from drysim.records.text import redact_quotes
+from drysim.records.text import EMPTY_ROW_HINT, MISSING_TIME_HINT, NO_SAMPLE, redact_quotes
 from drysim.records.warnings import (
     artefact_warnings,
     check_gravity,
@@ -268,7 +268,10 @@ def read_ratios(
                 raise columns.error(f"{columns.describe_column(index)} {sentence}", index)
             unit = None if columns.labels[index].unit else "-"
             scale = unit_factor(columns, index, unit, "", "")
-            frequency, values = (series[:] for series in columns.numbers([f, index], index))
+            try:
+                frequency, values = (series[:] for series in columns.numbers([f, index], index))
+            except RecordError as error:
+                raise _row_to_delete(error) from None
             used = np.isfinite(values)
             for row, text in enumerate(() if used.all() else columns.texts(index)):
                 if text and not used[row]:
@@ -287,6 +290,15 @@ def read_ratios(
                 Ratios(hertz * frequency[used], scale * values[used], resolution, index)
             )
         return tuple(ratios), Input(table.named, file.sha256, len(file.reader))
+
+
+def _row_to_delete(error: RecordError) -> RecordError:
+    """Return the error of a damaged row with the remedy of a table: it has no gaps to fill."""
+    for remedy in (NO_SAMPLE, f": {MISSING_TIME_HINT}", f": {EMPTY_ROW_HINT}"):
+        fault, mark, _ = error.message.partition(remedy)
+        if mark:
+            return RecordError(replace(error.problem, sentence=f"{fault}; delete the row"))
+    return error
 
 
 def _check_range(values: Signal, dt: float, display_path: str, name: str = "ü") -> None:
