@@ -104,10 +104,13 @@ def branch_rows(result: BranchesResult) -> Iterator[Row]:
 def describe_stability(result: BranchesResult, branch: Branch) -> str:
     """Describe where a branch is stable, e.g. `stable at 1 to 1.4, unstable at 1.3 to 1.4`."""
     ranges: dict[str, list[str]] = {"stable": [], "unstable": []}
+    values = branch.values.copy()
+    for bifurcation in result.bifurcations:  # an end is extrapolated beyond the last point
+        ends = (0, len(values) - 1)
+        if bifurcation.branch == branch.number and bifurcation.position in ends:
+            values[bifurcation.position] = bifurcation.value
     for is_stable, part in branch.parts():
-        ranges["stable" if is_stable else "unstable"].append(
-            result.interval(branch.values[part])
-        )
+        ranges["stable" if is_stable else "unstable"].append(result.interval(values[part]))
     if not all(ranges.values()):
         return "stable" if ranges["stable"] else "unstable"
     return ", ".join(
