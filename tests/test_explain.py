@@ -164,6 +164,7 @@ def test_fixed_labels_of_summaries_are_explained():
     [
         ("transmisibility", "did you mean `transmissibility`?"),
         ("Stifness", "did you mean `stiffness`?"),
+        ("clipping", "did you mean `record-clipped`?"),
         ("resonance", "it is mentioned in `drysim explain measure.segment`"),
         ("xyzzy", "`drysim explain --list` shows all words"),
         ("", "`drysim explain --list` shows all words"),

@@ -536,11 +536,18 @@ def _mentions(word: str) -> str:
     return f"it is mentioned in {', '.join(places)}" if places and word.strip() else ""
 
 
+STEM_LENGTH = 5
+"""Letters that `clipped` and `clipping` have in common."""
+
+
 def closest_word(word: str) -> str | None:
     """Return the known word closest to an unknown one, or None."""
     names = {entry.word for entry in entries()}
     tails = {entry.word.rpartition(".")[2] for entry in _dotted_entries()}
-    return closest_match(word, [*names, *tails, *TERMS])
+    warnings = [entry.word for entry in entries() if entry.kind == WARNING]
+    stem = word.lower()[:STEM_LENGTH] if len(word) > STEM_LENGTH else word.lower()
+    of_stem = (name for name in warnings if f"-{stem}" in name)  # such as `record-clipped`
+    return next(of_stem, None) or closest_match(word, [*names, *tails, *TERMS])
 
 
 # The keys of a scenario, from its JSON schema.
