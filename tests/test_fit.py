@@ -1194,6 +1194,12 @@ def test_delay_of_three_samples_is_named(tmp_path):
     assert float(lag[1]) == pytest.approx(7.5e-3, abs=0.5e-3)
 
 
+def test_stated_delay_that_is_wrong_is_named(tmp_path):
+    write_twin(tmp_path, SEAT + STICKY, noise={"x_dd": 0.02}, seconds=4.0)
+    result = fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR), "x_dd: x_dd, delay: 0.03")
+    assert ", not by the stated 0.03 s: free `measured.delay`" in only(result, "bad-fit")
+
+
 def test_clipped_record_is_named(tmp_path):
     def clipped(table):
         table[:, 1] = np.clip(table[:, 1], -0.6, 0.6)

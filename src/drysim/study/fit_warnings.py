@@ -275,7 +275,9 @@ def possible_faults(model: FitModel) -> Iterator[tuple[str, FitModel]]:
     if DELAY_KEY not in [p.key for p in model.parameters] and not is_decay(model.scenario):
         far = 20.0 * measured.dt
         delay = FreeParameter(DELAY_KEY, "s", -far, far, 0.0)
-        fault = LAG_FAULT.format(lag="{lag}", remedy="free")
+        stated_delay = model.fit.response.delay
+        instead = f", not by the stated {format_number(stated_delay, 's')}" * bool(stated_delay)
+        fault = LAG_FAULT.format(lag=f"{{lag}}{instead}", remedy="free")
         yield fault, replace(model, parameters=(*model.parameters, delay))
     for name in model.compared:
         for factor, fault in WRONG_UNITS.get(name, {}).items():
