@@ -431,6 +431,12 @@ FAULTS = {
     "two alike": ("a [g],a [m]\n0,1\n1,2\n", {"step": 1, "column": "a"}, "columns 1 and 2"),
     "no spacing": (ROWS, {"column": "u_dd"}, "`time: t` fits"),
     "ragged": (ROWS + "0.03\n", {"time": "t"}, "row 5 has 1 cell, not 2"),
+    "wide start": ("0,1,2\n0,1\n1,2\n", {"time": 1, "column": 2}, "`rows: {from: 2}`"),
+    "two points": (
+        "t;a\n0.5;1.2.3\n1.5;2.5\n2.5;1.125\n",
+        {"time": 1, "column": 2, "unit": "g"},
+        "row 2, column 2 (`a`): `1.2.3`",
+    ),
     "gap": ("a [g]\n1\n\n2\n", {"step": 1}, "row 3 is empty: the record has a gap"),
     "one sample": ("a [g]\n1\n", {"step": 1}, "the record has one sample only"),
     "empty": ("", {"step": 1}, "the record is empty"),

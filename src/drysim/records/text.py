@@ -362,7 +362,10 @@ class NumberForm(NamedTuple):
     def plain(self, text: str) -> str:
         """Return a number with a decimal point and without marks between thousands."""
         if self.grouping:
-            text = text.replace(self.grouping, "")
+            whole, mark, fraction = text.partition(self.decimal)
+            first, *groups = whole.split(self.grouping)
+            if groups and len(first.lstrip("+-")) <= 3 and {3} == set(map(len, groups)):
+                text = "".join([first, *groups, mark, fraction])
         elif "." in text and "," in text and GROUPED_FRACTION.fullmatch(text):
             text = text.replace("," if text.rfind(".") > text.rfind(",") else ".", "")
         return text if self.decimal == "." else text.replace(".", "?").replace(",", ".", 1)
@@ -546,6 +549,8 @@ class TextTable(Columns):
                 break
             text = cells[index].text if index < len(cells) else ""
             marks = DECIMAL_MARK.findall(text)
+            if len(marks) > 1 and not MARKED_THOUSANDS.fullmatch(text):
+                continue  # a damaged number
             if len(set(marks)) > 1:
                 return NumberForm(marks[-1], marks[0])
             if len(marks) > 1:
@@ -905,8 +910,11 @@ def _row_remedy(table: TextTable, line: int) -> str:
     rows_below = (cells for number, cells in table.rows() if number > line)
     below = list(islice(rows_below, MAX_ROWS_EXAMINED))
     samples = sum(len(x) == table.width and not is_word(x[0].text) for x in below)
-    if not samples:
+    if not any(cells and is_number(cells[0]) for cells in below):
         return f"{NO_SAMPLE}`rows: {{to: {line - 1}}}` leaves it out"
+    if len(below) > 1 and table.width not in (widths := {len(cells) for cells in below}):
+        above = f"`rows: {{from: {line}}}` leaves out what is above"
+        return f", and so have the rows below: {above}" if len(widths) == 1 else ""
     if 2 * samples < len(below):
         return ""
     return (
