@@ -559,6 +559,13 @@ def test_two_rates_are_filtered_alike_and_keep_the_band_of_the_slower(tmp_path):
     assert warnings_of(drysim.assess(drysim.scenario(text, faster)), "coarse-weighting")
 
 
+def test_model_changes_no_measured_spectrum(tmp_path):
+    floor = base_motion(60.0, 1, 1.2, RATE)
+    record = {"floor": floor, "seat": 0.5 * floor}
+    alone, beside = (assess(tmp_path, model, run=record).transfer for model in ({}, MODEL))
+    assert (alone.segment, alone.f.tolist()) == (beside.segment, beside.f.tolist())
+
+
 def test_record_of_too_few_samples_is_an_error(tmp_path):
     short = {name: values[:12] for name, values in seat_record().items()}
     sentence = "it has 12 samples, too few: at least 50 are needed"
