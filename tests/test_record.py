@@ -431,7 +431,11 @@ FAULTS = {
     "two alike": ("a [g],a [m]\n0,1\n1,2\n", {"step": 1, "column": "a"}, "columns 1 and 2"),
     "no spacing": (ROWS, {"column": "u_dd"}, "`time: t` fits"),
     "ragged": (ROWS + "0.03\n", {"time": "t"}, "row 5 has 1 cell, not 2"),
-    "wide start": ("0,1,2\n0,1\n1,2\n", {"time": 1, "column": 2}, "`rows: {from: 2}`"),
+    "wide start": (
+        "0,1,2\n0,1\n1,2\n2,1\n",
+        {"time": 1, "column": 2, "unit": "g"},
+        "row 2 has 2 cells, not 3, and so have the rows below: `rows: {from: 2}`",
+    ),
     "two points": (
         "t;a\n0.5;1.2.3\n1.5;2.5\n2.5;1.125\n",
         {"time": 1, "column": 2, "unit": "g"},
