@@ -592,7 +592,6 @@ def test_intervals_hold_the_truth_in_95_percent_of_twins(tmp_path, base_noise):
             for width in (1.0, 0.7)
         ]
         print(f"{name:22} {shares[0]:.3f}, at 0.7 of the width {shares[1]:.3f}")
-        # The motion falls short: of 200 twins SEAT held 92 %, the peak stroke 90.5 %.
         assert shares[0] >= 0.93
         assert shares[1] < 0.93
         assert name.startswith("friction") or shares[0] <= 0.97

@@ -582,22 +582,20 @@ def shown_profile(law_fit: LawFit, j: int, profile: ParameterProfile) -> Profile
 def spanning_draws(
     profiles: Mapping[int, ParameterProfile], law_fit: LawFit, draws: Draws
 ) -> dict[int, ParameterProfile]:
-    """Return profiles, those of static limits with 95 % of the draws within their ends.
+    """Return profiles whose ends span 95 % of the draws, too, under noise of the base.
 
-    Noise of the base moves the break-aways, which decide over a static limit; its profile over
-    all samples takes the measured base as exact there.
+    The noise moves stops and break-aways. A profile takes the measured base as exact there, and
+    a static limit as what it is at the solution.
     """
-    spanning = dict(profiles)
     if not (law_fit.base_noise and law_fit.base_noise.level and len(draws.values)):
-        return spanning
+        return dict(profiles)
+    spanning = {}
     for j, profile in profiles.items():
-        if draws.keys[j].startswith(STATIC_PATHS):
-            scaled = draws.values[:, j] / float(law_fit.first.scale[j])
-            _, low, high = median_and_ends(scaled)
-            spanning[j] = profile._replace(
-                low=None if profile.low is None else min(profile.low, low),
-                high=None if profile.high is None else max(profile.high, high),
-            )
+        _, low, high = median_and_ends(draws.values[:, j] / float(law_fit.first.scale[j]))
+        spanning[j] = profile._replace(
+            low=None if profile.low is None else min(profile.low, low),
+            high=None if profile.high is None else max(profile.high, high),
+        )
     return spanning
 
 
