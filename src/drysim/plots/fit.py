@@ -505,7 +505,7 @@ def draw_profiles(result: FitResult, ax: Axes | None = None) -> Figure:
     if not result.curves and any(p.key.startswith(STATIC_PATHS) for p in drawn):
         label += ", of a static limit also by the samples between events"
     if result.base_noise is not None and result.base_noise.level:
-        label += "; 95 % of the draws"
+        label += "; it holds 95 % of the draws"
     columns = min(len(parameters), PROFILE_COLUMNS)
     upper, lower = ceil(len(drawn) / columns), ceil(len(notes) / columns)
     heights = [PROFILE_HEIGHT] * upper + [NOTE_HEIGHT] * lower
