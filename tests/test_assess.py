@@ -642,6 +642,13 @@ def test_report_without_a_model_says_nothing_of_one(tmp_path):
         assert (f'<th scope="row">{symbol}</th>' in page) == is_shown
 
 
+def test_rows_select_the_samples(tmp_path):
+    record = seat_record()
+    first = assess(tmp_path, first={name: x[:2000] for name, x in record.items()})
+    selected = assess(tmp_path, {"assess.measured.rows": {"from": 2, "to": 2001}}, run=record)
+    assert selected.metrics == first.metrics
+
+
 def test_block_without_an_assess_block_is_required_as_before(tmp_path):
     with pytest.raises(drysim.ScenarioError) as fault:
         drysim.scenario("measure: {direction: vertical}\n")

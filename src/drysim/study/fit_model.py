@@ -860,7 +860,7 @@ def check_columns(
     bases = {"excitation": base} if has_base and isinstance(base, Record) else {}
     for key, record in {**bases, **channels}.items():
         index, column = find_column(record)
-        other = keys.setdefault((record.path, record.rows, index), key)
+        other = keys.setdefault((record.path, repr(record.rows), index), key)
         if other != key:
             sentence = f"{key} is {column} of {record.named}, and so is {other}"
             raise scenario.error(f"{sentence}: each needs its own", key)
