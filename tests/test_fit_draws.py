@@ -135,6 +135,18 @@ def test_errors_by_noise_of_the_base_are_in_the_draw_of_the_same_number(linear):
     assert rest.std(axis=0) == pytest.approx([1.0, 1.0], rel=0.15)
 
 
+def test_value_between_narrow_bounds_takes_no_more_error_of_the_others_than_it_explains(linear):
+    noisy = under_base_noise(linear, 100.0)
+    solution, value = noisy.solution, linear.values[1]
+    narrow = replace(linear.model.parameters[1], low=value * 0.999999, high=value * 1.000001)
+    model = replace(linear.model, parameters=(linear.model.parameters[0], narrow))
+    squares = replace(solution.squares, model=model)
+    bounded = replace(noisy, model=model, solution=solution._replace(squares=squares))
+    robust = solution.robust_covariance
+    given = np.sqrt(robust[0, 0] - robust[0, 1] ** 2 / robust[1, 1]) * linear.first.scale[0]
+    assert drawn(bounded).values[:, 0].std() == pytest.approx(given, rel=0.15)
+
+
 @pytest.mark.parametrize(("width", "noise"), [(1e-3, 0.0), (1e-3, 4.0), (0.3, 4.0)])
 def test_draws_are_uniform_within_bounds_that_the_record_hardly_sees(linear, width, noise):
     linear = under_base_noise(linear, noise) if noise else linear

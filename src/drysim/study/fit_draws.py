@@ -19,7 +19,7 @@ Method
        metrics of a motion, often in the same direction. Each draw gets a noise of its own: the
        error of the values that it makes is added, and the motion is solved with it. What else
        the noise of the channels has beyond white noise of the fitted size scales the draws
-       about their mean (horizontal adjustment). Draws that leave their bounds are replaced.
+       about their mean (horizontal adjustment). Values that would leave their bounds stay.
     5. A value that the record does not determine is uniform over what is left open, if it has
        bounds; otherwise there are no draws.
 
@@ -79,9 +79,6 @@ WIDER = 1.5
 
 SINGULAR = 1e-10
 """Least eigenvalue of a covariance, relative to the largest."""
-
-TRIES = 20
-"""Number of draws tried with each noise of the base until one is within its bounds."""
 
 
 class Draws(NamedTuple):
@@ -374,7 +371,11 @@ class Likelihood:
         return self.adjusted_draws(x[resampled(weights)]), effective
 
     def adjusted_draws(self, drawn: Floats) -> Floats:
-        """Return draws of the likelihood with the errors that it does not know."""
+        """Return draws of the likelihood, with the errors by noise that it does not contain.
+
+        A value that the errors move beyond a bound stays as drawn, and the others lose the part
+        of their errors that correlates with its error.
+        """
         solution = self.solution
         plain, robust = solution.covariance, solution.robust_covariance
         if np.array_equal(plain, robust):
@@ -386,19 +387,21 @@ class Likelihood:
         white = robust - errors.T @ errors / solved
         left, left_robust = map(self.given_others, (plain, robust))
         matrix = adjustment(left @ plain @ left.T, left_robust @ white @ left_robust.T)
-        errors = errors @ left_robust.T
         mean = drawn.mean(axis=0)  # of all modes
-        scaled: Floats = mean + (drawn - mean) @ matrix.T
-        draws = drawn.copy()
-        partners, open_draws = np.arange(DRAWS), np.arange(DRAWS)
-        for number in range(TRIES):
-            tried = scaled[partners[open_draws]] + errors[open_draws]
-            inside = np.array([self.is_allowed(point) for point in tried])
-            draws[open_draws[inside]] = tried[inside]
-            open_draws = open_draws[~inside]
-            if not len(open_draws):
-                break
-            partners = np.random.default_rng(number).permutation(DRAWS)
+        changes = (drawn - mean) @ (matrix - np.eye(len(mean))).T + errors @ left_robust.T
+        covariance = left_robust @ robust @ left_robust.T
+        low, high = (ends[list(self.regular)] for ends in solution.squares.bounds)
+        draws: Floats = drawn + changes
+        for i in np.flatnonzero([not self.is_allowed(point) for point in draws]):
+            held = np.zeros(len(mean), dtype=bool)
+            for _ in mean:
+                held |= (draws[i] < low) | (draws[i] > high)
+                across = covariance[:, held] @ np.linalg.pinv(covariance[np.ix_(held, held)])
+                draws[i] = drawn[i] + np.where(
+                    held, 0.0, changes[i] - across @ changes[i, held]
+                )
+            if not self.is_allowed(draws[i]):
+                draws[i] = drawn[i]
         return draws
 
     def is_allowed(self, point: Floats) -> bool:
