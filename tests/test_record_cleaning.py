@@ -845,17 +845,6 @@ def test_acceleration_in_millimetres_and_one_without_motion_are_named(
         assert not {"record-large", "record-still"} & {each.slug for each in warnings}
 
 
-def test_rate_that_the_times_contradict_is_named(tmp_path):
-    for t, words in (
-        (T[::-1], {"rate": RATE}),
-        (T, {"rate": RATE / 2}),
-        (T, {"step": 1 / RATE}),
-    ):
-        warnings = motion_of(tmp_path, rows(t, WAVE), column="a", **words).warnings
-        is_wrong = "step" not in words
-        assert ("record-times" in {each.slug for each in warnings}) == is_wrong
-
-
 @pytest.mark.parametrize("remove", ["nothing", "mean", "1 Hz"])
 def test_column_that_rises_as_times_do_is_a_warning(tmp_path, remove):
     text = "t,n,a\n" + "".join(

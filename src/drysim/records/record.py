@@ -74,7 +74,6 @@ from drysim.records.warnings import (
     mean_warnings,
     resampling_warnings,
     rising_warnings,
-    spacing_warnings,
     strength_warnings,
     unit_warnings,
     vertical_warnings,
@@ -354,7 +353,7 @@ def _clean_series(record: Recorded, columns: Columns, ends: Extension) -> Cleane
     unit, display_path = SI[record.quantity], columns.display_path
     used = _used(signal, grid, record.window)
     part = slice_signal(signal, *used)
-    warnings = [*row_warnings(record, columns), *spacing_warnings(record, columns)]
+    warnings = [*row_warnings(record, columns)]
     if len(part):
         warnings += artefact_warnings(record, part, used[0], unit)
     if record.quantity == "acceleration":

@@ -4,7 +4,6 @@
 record-clipped         peaks cut off at the largest or smallest value
 record-frozen          a value repeated amid a motion
 record-rises           samples that rise evenly, as times do
-record-times           `rate` or `step` beside times that contradict it
 record-rows            rows of several sensors, or one series across the rows (in `layout`)
 record-unit            a mean that is gravity in another unit
 record-large           a vibration as strong as no floor has
@@ -28,7 +27,7 @@ from math import asin, ceil, pi, sqrt
 import numpy as np
 
 from drysim.core.model import BLOCK_SIZE, Floats, Samples, Signal, mean_and_std
-from drysim.errors import RecordError, WarningMessage
+from drysim.errors import WarningMessage
 from drysim.records import SI
 from drysim.records.artefacts import (
     MIN_CLIPPED_SAMPLES,
@@ -37,7 +36,7 @@ from drysim.records.artefacts import (
     frozen_stretches,
 )
 from drysim.records.clean import METHODS, STEP_TOLERANCE, CleaningReport
-from drysim.records.columns import Columns, labelled_times, record_error
+from drysim.records.columns import record_error
 from drysim.records.level import GRAVITY, Level, is_gravity, measure_level
 from drysim.records.options import (
     SUGGESTED_HIGH_PASS,
@@ -117,36 +116,6 @@ def rising_warnings(record: Recorded, values: Signal, column: str) -> Iterator[W
         "looks like times or sample numbers, not like acceleration; select another column"
     )
     yield WarningMessage("record-rises", sentence, {"first": part[0], "last": part[-1]})
-
-
-def spacing_warnings(record: Recorded, columns: Columns) -> Iterator[WarningMessage]:
-    """Warn of `rate` or `step` beside a column of times that decrease or have another rate."""
-    step = record.step or (1 / record.rate if record.rate else None)
-    index = labelled_times(columns)
-    if step is None or record.time is not None or index is None:
-        return
-    try:
-        times, _ = columns.with_times(index, [])
-    except RecordError:
-        return
-    t, key, name = times.t * times.second, "rate", columns.describe_column(index)
-    if record.step:
-        key = "step"
-    falls = np.flatnonzero(np.diff(t) < 0.0) + 1
-    mean = (t[-1] - t[0]) / (len(t) - 1) if len(t) > 1 else step
-    if len(falls):
-        row = columns.describe_row(int(falls[0]))
-        more = f", the first of {len(falls)} such rows" if len(falls) > 1 else ""
-        sentence = f"{name} decreases before {row}{more}: `{key}` takes the rows as they stand"
-    elif abs(mean / step - 1) > NOTABLE_SHARE:
-        sentence = (
-            f"{name} advances by {mean:.6g} s on average, and `{key}` says {step:.6g} s: it is "
-            "wrong, or rows are missing"
-        )
-    else:
-        return
-    numbers = {"mean_step": float(mean), "step": step}
-    yield WarningMessage("record-times", f"{record.named}: {sentence}", numbers)
 
 
 def rises_evenly(x: Floats) -> bool:
