@@ -559,6 +559,25 @@ def test_two_rates_are_filtered_alike_and_keep_the_band_of_the_slower(tmp_path):
     assert warnings_of(drysim.assess(drysim.scenario(text, faster)), "coarse-weighting")
 
 
+def test_clean_up_of_every_channel_and_run_is_told(tmp_path):
+    broken = seat_record()
+    broken["seat"][[100, 300, 301]] = np.nan
+    gaps = {"fill": "spline", "at_most": "20 ms"}
+    changes = {
+        "assess.measured.gaps": gaps,
+        "assess.measured.x_dd": {"column": "seat", "remove": {"trend": "mean"}},
+    }
+    runs = {"first": broken, "second": seat_record(seed=2)}
+    result = assess(tmp_path, changes, **runs)
+    told = [text for label, text in ASSESS.summary(result).scene if label in ("cleaned", "")]
+    assert [sentence.partition(" filled")[0] for sentence in told[:1]] == [
+        "x_dd of first.csv: 2 gaps (3 samples)"
+    ]
+    assert told[1].startswith("x_dd of first.csv: mean")
+    assert told[1].endswith("; 1 more file likewise")
+    assert set(told) <= set(describe_scenario(result.scenario)[0])
+
+
 def test_model_changes_no_measured_spectrum(tmp_path):
     floor = base_motion(60.0, 1, 1.2, RATE)
     record = {"floor": floor, "seat": 0.5 * floor}

@@ -23,7 +23,7 @@ from drysim.results.tables import (
     quote_cell,
     write_csv,
 )
-from drysim.scenario.text import describe_clean_up, describe_limits, describe_scene
+from drysim.scenario.text import describe_limits, describe_scene
 from drysim.study.assess import (
     AGREEING,
     LARGEST,
@@ -33,6 +33,7 @@ from drysim.study.assess import (
     band_of_H1,
     base_file,
     combine,
+    describe_clean_ups,
 )
 from drysim.study.summary import BAD, GOOD, Grid, Row, Summary
 from drysim.wording import (
@@ -90,7 +91,7 @@ def assess_scene(result: AssessResult) -> Iterator[tuple[str, str]]:
     settle = scenario.measure.settle
     settled = f", after {format_number(settle, 's')}" if settle else ""
     yield "window", f"{format_range(min(lengths), max(lengths), 's')} at {rate}{settled}"
-    yield from clean_up_lines(describe_clean_up(result.motion))
+    yield from clean_up_lines(describe_clean_ups([*result.runs, *result.others]))
     averages = format_number(transfer.averages, digits=3)
     repeating = [wording.sanitise(run.file) for run in result.runs if run.repeats]
     verbs = "repeats a base and adds" if len(repeating) == 1 else "repeat a base and add"
@@ -371,6 +372,8 @@ def run_fields(run: Run) -> Fields:
     fields = {"file": wording.sanitise(run.file), "axis": run.axis, "length": run.length}
     if run.repeats:
         fields["repeats"] = wording.sanitise(run.repeats)
+    if run.clean_up:
+        fields["clean_up"] = [{"channel": name, **step} for name, step in run.clean_up]
     for name, metrics in (("metrics", run.metrics), ("model", run.model)):
         if metrics is not None:
             fields[name] = {key: each for key, each in metrics.items() if each is not None}

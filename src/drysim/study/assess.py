@@ -7,7 +7,7 @@ whether they agree; the axes of a seat give the daily exposure of directive 2002
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from math import ceil, floor
@@ -78,6 +78,7 @@ from drysim.wording import (
     format_number,
     format_percent,
     join_words,
+    sanitise,
 )
 
 AGREEING = {True: ("SEAT", "a_w"), False: ("T_a", "a_x")}
@@ -88,6 +89,10 @@ INTERPOLATED = "record-interpolated"
 
 OF_THE_DAY = ("A_8", "VDV_day")
 """Metrics of which the largest of all axes counts."""
+
+
+CleanUp = tuple[tuple[str, Mapping[str, object]], ...]
+"""Name of a channel of a run, and a step of its clean-up as stored in drysim.json."""
 
 
 class Run(NamedTuple):
@@ -109,6 +114,7 @@ class Run(NamedTuple):
     model_spectra: Spectra | None = None
     repeats: str = ""
     """File of an earlier run whose base is the same signal; empty if there is none."""
+    clean_up: CleanUp = ()
 
 
 class Exposure(NamedTuple):
@@ -363,6 +369,25 @@ def segment_of(runs: Sequence[PreparedRun]) -> float:
     return min(map(segment_length, cases))
 
 
+def describe_clean_ups(runs: Sequence[Run] | Sequence[PreparedRun]) -> list[str]:
+    """Return what was done to each channel of all runs.
+
+    Of several files a step is that of the first that has it; filled gaps are those of each.
+    """
+    files, axes = ({getattr(run, name) for run in runs} for name in ("file", "axis"))
+    sentences: dict[tuple[str, ...], list[str]] = {}
+    for run in runs:
+        for channel, step in run.clean_up:
+            label = channel + f" along {run.axis}" * (len(axes) > 1)
+            named = label + f" of {run.file}" * (len(files) > 1)
+            key = (label, str(step["step"]), run.file * (step["step"] == "gaps"))
+            sentences.setdefault(key, []).append(sanitise(f"{named}: {step['sentence']}"))
+    return [
+        first + f"; {format_count(len(more), 'more file')} likewise" * bool(more)
+        for first, *more in sentences.values()
+    ]
+
+
 # One run
 
 
@@ -392,6 +417,14 @@ class PreparedRun(NamedTuple):
     def inputs(self) -> tuple[Input, ...]:
         """The records that were read."""
         return (*self.motion.inputs, *self.measurement.inputs)
+
+    @property
+    def clean_up(self) -> CleanUp:
+        """What was done to the base and to the channels before they were used."""
+        of_base = () if self.u_dd is None else self.motion.realised.get("clean_up", ())
+        assert isinstance(of_base, list | tuple), "reports of the steps"
+        of_mass = ((name, report.to_dict()) for name, report in self.measurement.clean_up)
+        return (*(("u_dd", step) for step in of_base), *of_mass)
 
     def transfer_to(self, channel: str, segment: float) -> TransferEstimate | None:
         """Return the estimate from the base to a channel, by segments of a length [s].
@@ -559,6 +592,7 @@ def evaluate_run(prepared: PreparedRun, segment: float) -> Run:
     )
     length, transfer = len(x_dd[prepared.part]) * dt, prepared.transfer_to("x_dd", segment)
     measured = Run(prepared.file, prepared.axis, dt, length, metrics, transfer)
+    measured = measured._replace(clean_up=prepared.clean_up)
     if not prepared.has_model:
         return measured
     choose_engine(case_cost(case), case.kernels)

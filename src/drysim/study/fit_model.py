@@ -24,7 +24,7 @@ from drysim.approach.stick_slip import StickSlip
 from drysim.core.model import AnyLaw, DynamicLaw, Floats, Input, Plant, Samples, Sines, State
 from drysim.errors import SolverError, WarningMessage
 from drysim.records import SI
-from drysim.records.clean import Series
+from drysim.records.clean import CleaningReport, Series
 from drysim.records.columns import record_error
 from drysim.records.level import Level, is_gravity, measure_level
 from drysim.records.record import find_column, read_samples, read_series
@@ -102,6 +102,8 @@ class Measurement(NamedTuple):
     """First velocity or displacement that a rig imposes, in SI; its time is 0."""
     file_spacing: float = 0.0
     """Time step of the samples in the file, before a resampling [s]; 0 if not known."""
+    clean_up: tuple[tuple[str, CleaningReport], ...] = ()
+    """Name of a channel, and a step of its clean-up."""
 
     @property
     def dt(self) -> float:
@@ -893,6 +895,7 @@ def read_measurement(
     channels: dict[str, Floats] = {}
     inputs: list[Input] = []
     warnings: list[WarningMessage] = []
+    clean_up: list[tuple[str, CleaningReport]] = []
     series: Series | None = None
     file_spacing = 0.0
     for name in measured.channels:
@@ -900,6 +903,7 @@ def read_measurement(
         cleaned, source = read_series(record)
         read, seen = cleaned.series, cleaned.warnings
         series = series or read
+        clean_up += [(name, report) for report in cleaned.reports]
         file_spacing = max(file_spacing, cleaned.file_spacing)
         channels[name] = np.asarray(read.values[:], dtype=np.float64)
         if float(np.ptp(channels[name])) == 0.0:
@@ -978,7 +982,16 @@ def read_measurement(
     t: Floats = np.asarray((first + stride * np.arange(last - skip)) * step, dtype=np.float64)
     unique = tuple({record.file: record for record in inputs}.values())
     once = tuple({warning.sentence: warning for warning in warnings}.values())
-    return Measurement(channels, t, first, stride, unique, once, file_spacing=file_spacing)
+    return Measurement(
+        channels,
+        t,
+        first,
+        stride,
+        unique,
+        once,
+        file_spacing=file_spacing,
+        clean_up=tuple(clean_up),
+    )
 
 
 def check_response_gravity(record: ChannelRecord, level: Level, is_fitted: bool) -> None:

@@ -178,6 +178,7 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[WarningMessag
             t = run.measurement.t
             span = f"{len(t)} samples over {float(t[-1] - t[0]):.6g} s"
             notes.append(f"assessed: {run.name}{on_base}, {span}")
+        notes += assess.describe_clean_ups([*runs, *others])
         warned += assess.records_warnings([*runs, *others], assess.segment_of(runs))
         warned += assess.check_warnings(scenario)
     cases = []
@@ -187,8 +188,10 @@ def describe_scenario(scenario: Scenario) -> tuple[list[str], list[WarningMessag
         cases.append(prepare_design(scenario))
     if not (scenario.missing_values or scenario.missing_blocks):
         cases.append(prepare(scenario, swept=bool(scenario.sweep), interval=True))
+    is_described = scenario.assess is not None and scenario.assess.measured.u_dd is None
     for case in cases[:1]:  # the conditions of a design have all records
-        notes += describe_clean_up(case.motion, case.law, case.records)
+        motion = None if is_described else case.motion
+        notes += describe_clean_up(motion, case.law, case.records)
         if isinstance(base := case.scenario.excitation, Record):
             varied = [axis.key for axis in case.scenario.sweep]
             notes.append(f"base: {base.describe_cases(case.motion, varied, case.records)}")
