@@ -573,7 +573,7 @@ def test_clean_up_of_every_channel_and_run_is_told(tmp_path):
     assert [sentence.partition(" filled")[0] for sentence in told[:1]] == [
         "x_dd of first.csv: 2 gaps (3 samples)"
     ]
-    assert told[1].startswith("x_dd of first.csv: mean")
+    assert told[1].startswith("x_dd of first.csv: the mean removed")
     assert told[1].endswith("; 1 more file likewise")
     assert set(told) <= set(describe_scenario(result.scenario)[0])
 
