@@ -342,6 +342,22 @@ def test_statistics_below_the_samples_are_refused_and_left_out_on_request(tmp_pa
     assert np.array_equal(cut.u_dd[:], motion_of(tmp_path, sound, **keys).u_dd[:])
 
 
+@pytest.mark.parametrize("words", [{"time": "t"}, {"rate": 100}])
+@pytest.mark.parametrize("is_sample", [False, True])
+def test_advice_on_a_damaged_row_keeps_the_samples_in_place(tmp_path, words, is_sample):
+    lines = table([f"{i / 100:.2f}" for i in range(200)], A).splitlines()
+    above, below = lines[:100], lines[101 if is_sample else 100 :]
+    keys = {"column": "a", "gaps": {"fill": "spline", "at_most": "30 ms"}, **words}
+    advice = (
+        "if it is no sample, delete it; if it was a sample, `gaps` fills it: delete it, or "
+    )
+    with pytest.raises(RecordError, match=f"{advice}with `rate` or `step` leave it empty"):
+        motion_of(tmp_path, "\n".join([*above, lines[0], *below]) + "\n", **keys)
+    row = [""] if is_sample and "rate" in words else []
+    motion = motion_of(tmp_path, "\n".join([*above, *row, *below]) + "\n", **keys)
+    assert motion.u_dd[:] == pytest.approx(A, abs=1e-4)
+
+
 def test_row_without_samples_below_the_header_is_left_out_on_request(tmp_path):
     text = "Time,Acc\ns,m/s2\n,SN 12345\n" + table([i / 100 for i in range(200)], A)[11:]
     with pytest.raises(RecordError, match="row 3"):

@@ -918,8 +918,8 @@ def _row_remedy(table: TextTable, line: int) -> str:
     if 2 * samples < len(below):
         return ""
     return (
-        f"{NO_SAMPLE}delete it (with `rate` or `step`: leave it empty), and `gaps` fills the "
-        f"gap; `rows: {{to: {line - 1}}}` reads the rows above it"
+        f"{NO_SAMPLE}delete it; if it was a sample, `gaps` fills it: delete it, or with `rate` "
+        f"or `step` leave it empty; `rows: {{to: {line - 1}}}` reads the rows above it"
     )
 
 
