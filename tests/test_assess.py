@@ -668,6 +668,17 @@ def test_rows_select_the_samples(tmp_path):
     assert selected.metrics == first.metrics
 
 
+def test_code_of_a_missing_sample_is_left_out_as_its_error_advises(tmp_path):
+    record = seat_record()
+    whole = assess(tmp_path, run=record)
+    record["seat"][1000] = -9999.0
+    changes = {"assess.measured.gaps": {"fill": "spline", "at_most": "10 ms"}}
+    with pytest.raises(drysim.RecordError, match=r"`missing: -9999` leaves it out"):
+        assess(tmp_path, changes, run=record)
+    filled = assess(tmp_path, {**changes, "assess.measured.missing": -9999}, run=record)
+    assert filled.metrics["SEAT"] == pytest.approx(whole.metrics["SEAT"], rel=1e-3)
+
+
 def test_block_without_an_assess_block_is_required_as_before(tmp_path):
     with pytest.raises(drysim.ScenarioError) as fault:
         drysim.scenario("measure: {direction: vertical}\n")

@@ -31,6 +31,7 @@ from drysim.records.options import (
     FullScale,
     Gaps,
     InFile,
+    MissingCode,
     PositiveTime,
     RatioTable,
     Recorded,
@@ -181,6 +182,9 @@ class Measurements(InFile):
     """Displacement of the mass relative to the base, such as the stroke of a seat."""
     delay: Time = 0.0
     """Time by which the measured response lags the base motion [s]; default 0."""
+    missing: MissingCode | None = None
+    """Number that stands for missing samples in every channel, such as -9999; or `nothing`, if
+    all numbers are samples."""
     gaps: Gaps | None = None
     """Interpolation of missing samples; by default each is an error."""
     resample: Resample | None = None

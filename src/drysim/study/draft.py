@@ -109,7 +109,9 @@ def _draft(file: Path, record: Path, inspection: Inspection) -> str:
     return "\n".join([head + legend, "", SEAT, *block, "", VERTICAL, *measured, QUESTIONS])
 
 
-SHARED_KEYS = "skip", "rows", "time", "time_unit", "rate", "step", "gaps", "resample"
+SHARED_KEYS = (
+    "skip", "rows", "time", "time_unit", "rate", "step", "missing", "gaps", "resample",
+)  # fmt: skip
 """Keys of a record that all channels of its file share."""
 
 
