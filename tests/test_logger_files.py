@@ -562,7 +562,7 @@ def test_draft_of_many_columns_stays_short(place):
     assert len(file.read_text().splitlines()) < 100
 
 
-@pytest.mark.parametrize("word", ["#N/A", "OL", "#DIV/0!", "-OVL"])
+@pytest.mark.parametrize("word", ["#N/A", "OL", "#DIV/0!", "-OVL", "OVERFLOW"])
 def test_cell_of_a_spreadsheet_or_an_overload_is_a_gap_and_no_comment(tmp_path, word):
     cells = [f"{x:.6f}" for x in A]
     cells[50] = word
