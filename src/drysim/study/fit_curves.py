@@ -741,7 +741,9 @@ def likely_fault(fitted: CurveFit) -> str:
             cost, x = other.fine(start)
             if cost < best and other.relative_error(x) < GOOD_FIT:
                 best, cause = cost, fault
-    return cause
+    compared, total = (len(np.unique(rows.curve)) for rows in (model.rows, fitted.model.rows))
+    tried = f"; this was tried on {compared} of {total} curves only"
+    return cause + tried * bool(cause and compared < total)
 
 
 def suspects(fitted: CurveFit) -> list[int]:
@@ -783,7 +785,7 @@ def possible_faults(
     for curves, factor in product(curves_of_levels(model, suspected), LEVEL_FACTORS):
         fault = (
             f"the level of {curve_names(curves)} seems to be wrong: with {factor:.3g} times "
-            "the stated one all curves fit much better"
+            "the stated one the curves fit much better"
         )
         level = np.where(np.isin(rows.curve, curves), factor * rows.rms, rows.rms)
         yield fault, rows._replace(rms=level), False
