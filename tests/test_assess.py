@@ -496,6 +496,15 @@ def test_no_fault_is_named_of_good_channels(tmp_path, base, friction):
     assert not warnings_of(assess(tmp_path, run=record), "channels-suspect")
 
 
+def test_sign_that_is_stated_wrong_is_removed_and_a_stroke_named_as_unmeasured(tmp_path):
+    record = seat_record("EM1", noise=0.02)
+    del record["stroke"]
+    scale = {"assess.measured.x_dd": {"column": "seat", "scale": -1}}
+    result = assess(tmp_path, scale | {"checks": ["x_r_peak < 20 mm"]}, run=record)
+    assert ": remove `scale: -1`; " in warnings_of(result, "channels-suspect")[0]
+    assert result.checks[0].reason == "x_r_peak is not known here: no x_r is measured"
+
+
 def test_mass_that_moves_with_its_base_is_no_fault(tmp_path):
     record = seat_record()
     held = {"floor": record["floor"], "seat": record["floor"]}
@@ -546,6 +555,7 @@ def test_two_rates_are_filtered_alike_and_keep_the_band_of_the_slower(tmp_path):
         drysim.assess(scenario)
     both = "`remove: {above: 28.6 Hz, order: 2}` to both excitation and `x_dd`"
     assert both in str(refusal.value)
+    assert "the base has a step of 0.005 s, the mass 0.01 s" in str(refusal.value)
     slower = base | {"resample": {"step": 0.01, "by": "spline"}, "remove": low_pass}
     alike = {"column": "seat", "remove": low_pass}
     one_sided = drysim.assess(drysim.scenario(text, {"excitation": slower}))

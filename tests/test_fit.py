@@ -1183,7 +1183,7 @@ def test_wrong_sign_is_named(tmp_path):
     write_twin(tmp_path, SEAT + STICKY, noise={"x_dd": 0.02}, seconds=4.0)
     measured = "x_dd: {column: x_dd, scale: -1}"
     result = fit_twin(tmp_path, MASS + COULOMB, keys(*FOUR), measured)
-    assert "the sign of x_dd seems to be wrong: `scale: -1`" in only(result, "bad-fit")
+    assert "the sign of x_dd seems to be wrong: remove `scale: -1`" in only(result, "bad-fit")
 
 
 def test_delay_of_three_samples_is_named(tmp_path):

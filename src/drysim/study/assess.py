@@ -31,6 +31,7 @@ from drysim.metrics.spectra import (
     transfer_estimate,
 )
 from drysim.metrics.table import (
+    OF_STROKE,
     PEAK_STROKE,
     STROKE_USED,
     Values,
@@ -280,9 +281,20 @@ def assess(scenario: Scenario) -> AssessResult:
         metrics=metrics,
         model=combine(modelled) if modelled else None,
         exposures=exposures,
-        checks=tuple(check.judge(metrics) for check in without_fit_checks(scenario).checks),
+        checks=tuple(
+            explained(check.judge(metrics), scenario)
+            for check in without_fit_checks(scenario).checks
+        ),
         warnings=tuple({warning.sentence: warning for warning in warnings}.values()),
     )
+
+
+def explained(verdict: Verdict, scenario: Scenario) -> Verdict:
+    """Return a verdict that names the stroke as not measured where its metric needs it."""
+    is_measured = assess_of(scenario).measured.x_r is not None
+    if is_measured or verdict.value is not None or verdict.check.metric not in OF_STROKE:
+        return verdict
+    return replace(verdict, reason=f"{verdict.reason}: no x_r is measured")
 
 
 def require_assess(scenario: Scenario) -> None:
@@ -549,11 +561,11 @@ def check_steps(measured: MeasuredRuns, base: Record, measurement: Measurement) 
     """Raise a RecordError if the base has more samples than the mass."""
     per_sample = 2 if base.quantity == "velocity" else 1  # whose motion has half its step
     if measurement.stride > per_sample:
-        times = format_number(measurement.stride / per_sample)
+        step = format_number(measurement.dt, "s", 9)
+        finer = format_number(per_sample * measurement.dt / measurement.stride, "s", 9)
         sentence = (
-            f"the base has {times} times as many samples; an assessment needs the same step: "
-            f"add `resample: {{step: {format_number(measurement.dt, 's', 9)}, by: spline}}` to "
-            f"{base.block}"
+            f"the base has a step of {finer}, the mass {step}; an assessment needs the same: "
+            f"add `resample: {{step: {step}, by: spline}}` to {base.block}"
         )
         if low_pass := missing_low_pass(measurement.dt, base.remove):
             sentence += f", and the low-pass {low_pass} to both {base.block} and `x_dd`"
@@ -734,7 +746,8 @@ def run_warnings(
         assert prepared.u_dd is not None, "a transmissibility has a base"
         x_dd, dt = prepared.measurement.channels["x_dd"], prepared.measurement.dt
         u_dd, x_dd = (series[prepared.part] for series in (prepared.u_dd, x_dd))
-        if fault := fault_warning(u_dd, x_dd, dt, transfer, stroke):
+        scales = prepared.measurement.scales
+        if fault := fault_warning(u_dd, x_dd, dt, transfer, stroke, scales):
             warnings.append(fault)
     names = {source.file for source in prepared.inputs} | {prepared.file}
     for warning in warnings:

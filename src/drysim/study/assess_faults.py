@@ -9,7 +9,7 @@ different runs, or of clocks far apart, have next to no coherence.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -20,10 +20,10 @@ from drysim.metrics.spectra import TransferEstimate, excited_lines, transfer_est
 from drysim.study.fit_warnings import (
     LAG_FAULT,
     MUCH_BETTER,
-    SIGN_FAULT,
     SWAP_FAULT,
     UNIT_FAULT,
     WRONG_UNITS,
+    sign_fault,
 )
 from drysim.wording import format_number
 
@@ -63,6 +63,7 @@ def fault_warning(
     dt: float,
     transfer: TransferEstimate,
     stroke: TransferEstimate | None,
+    scales: Mapping[str, float],
 ) -> WarningMessage | None:
     """Return the warning about the most likely fault of the channels; None if there is none.
 
@@ -76,6 +77,8 @@ def fault_warning(
         From the base to the mass.
     stroke : TransferEstimate or None
         From the base to the stroke x_r, at the same lines; None without a stroke.
+    scales : mapping
+        Stated factor of each channel [-].
     """
     f, H, excited = transfer.f, transfer.H1, excited_lines(transfer.G_u)
     if excited.sum() < 3 or not (transfer.G_x[excited] > 0.0).all():
@@ -95,13 +98,13 @@ def fault_warning(
     error = oscillator_error(f, H, np.where(excited, transfer.G_u, 0.0))
     best, cause, numbers = error, "", {"difference": error}
     if error > WRONG_MODEL:
-        for fault, other, weight in possible_faults(u_dd, x_dd, dt, transfer):
+        for fault, other, weight in possible_faults(u_dd, x_dd, dt, transfer, scales):
             if (other_error := oscillator_error(f, other, weight)) < best:
                 best, cause = other_error, fault
     if best < MUCH_BETTER * min(error, 1.0) and cause:
         sentence = f"{cause}; the transmissibility is that of no mass on a spring and a damper"
         return WarningMessage("channels-suspect", sentence, numbers)
-    if stroke is not None and (cause := fault_of_stroke(transfer, stroke)):
+    if stroke is not None and (cause := fault_of_stroke(transfer, stroke, scales["x_r"])):
         return WarningMessage("channels-suspect", f"{cause}; the accelerations say so", {})
     return None
 
@@ -128,7 +131,11 @@ def chance_coherence(transfer: TransferEstimate) -> float:
 
 
 def possible_faults(
-    u_dd: Floats, x_dd: Floats, dt: float, transfer: TransferEstimate
+    u_dd: Floats,
+    x_dd: Floats,
+    dt: float,
+    transfer: TransferEstimate,
+    scales: Mapping[str, float],
 ) -> Iterator[tuple[str, Complexes, Floats]]:
     """Yield usual faults, each with the transmissibility without it and the weights of lines.
 
@@ -136,7 +143,7 @@ def possible_faults(
     [(m/s²)²/Hz], have shape (n,). The parameters are those of `fault_warning`.
     """
     weight = np.where(excited_lines(transfer.G_u), transfer.G_u, 0.0)
-    yield SIGN_FAULT.format(name="x_dd"), -transfer.H1, weight
+    yield sign_fault("x_dd", scales["x_dd"]), -transfer.H1, weight
     of_mass = np.where(excited_lines(transfer.G_x), transfer.G_x, 0.0)
     yield SWAP_FAULT, 1.0 / transfer.H2, of_mass
     for factor, fault in WRONG_UNITS["x_dd"].items():
@@ -262,12 +269,13 @@ def positive_least_squares(columns: Complexes, values: Complexes) -> Floats:
     return np.where(gains == gains.max(), single, 0.0)
 
 
-def fault_of_stroke(transfer: TransferEstimate, stroke: TransferEstimate) -> str:
+def fault_of_stroke(transfer: TransferEstimate, stroke: TransferEstimate, scale: float) -> str:
     """Return the fault of the stroke that the accelerations show; empty if there is none.
 
     As the second derivative of x_r is x_dd - u_dd, the transmissibility from the base to the
     stroke is -(H1 - 1)/ω² [s²]. The gain that brings the measured one closest to it, by least
     squares weighted by the PSD of the base, is 1 if the stroke is right.
+    `scale` is its stated factor [-].
     """
     lines = excited_lines(transfer.G_u)
     expected = -(transfer.H1[lines] - 1.0) / np.square(2.0 * np.pi * transfer.f[lines])
@@ -276,7 +284,7 @@ def fault_of_stroke(transfer: TransferEstimate, stroke: TransferEstimate) -> str
     power = float(np.sum(np.square(np.abs(H))))
     gain = float(np.sum((np.conj(H) * expected * root).real)) / power if power else 1.0
     if abs(gain + 1.0) < GAIN_TOLERANCE:
-        return SIGN_FAULT.format(name="x_r")
+        return sign_fault("x_r", scale)
     for factor, fault in WRONG_UNITS["x_r"].items():
         if abs(gain / factor - 1.0) < GAIN_TOLERANCE:
             return UNIT_FAULT.format(name="x_r", size=fault)

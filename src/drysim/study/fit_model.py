@@ -104,6 +104,8 @@ class Measurement(NamedTuple):
     """Time step of the samples in the file, before a resampling [s]; 0 if not known."""
     clean_up: tuple[tuple[str, CleaningReport], ...] = ()
     """Name of a channel, and a step of its clean-up."""
+    scales: Mapping[str, float] = {}
+    """Stated factor of each channel [-]."""
 
     @property
     def dt(self) -> float:
@@ -991,6 +993,7 @@ def read_measurement(
         once,
         file_spacing=file_spacing,
         clean_up=tuple(clean_up),
+        scales={name: measured.record(name).scale for name in channels},
     )
 
 

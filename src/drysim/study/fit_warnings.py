@@ -55,7 +55,7 @@ WRONG_UNITS = {
 }
 """Factors that correct channels whose unit is wrong, and what they say of their values."""
 
-SIGN_FAULT = "the sign of {name} seems to be wrong: `scale: -1`"
+SIGN_FAULT = "the sign of {name} seems to be wrong: {remedy}"
 SWAP_FAULT = "base and mass seem to be swapped: exchange the columns"
 LAG_FAULT = "the measured response seems to lag by {lag}: {remedy} `measured.delay`"
 UNIT_FAULT = "the values of {name} seem to be {size}: their unit is not the one stated"
@@ -244,6 +244,12 @@ def likely_fault(law_fit: LawFit) -> str:
     return cause if best < MUCH_BETTER * min(uncorrected, 1.0) else ""
 
 
+def sign_fault(name: str, scale: float) -> str:
+    """Return the fault of a channel of the wrong sign, with its stated factor [-]."""
+    remedy = "remove `scale: -1`" if scale == -1.0 else f"`scale: {format_number(-scale)}`"
+    return SIGN_FAULT.format(name=name, remedy=remedy)
+
+
 def samples_at_rest(model: FitModel) -> int:
     """Return the number of samples before the first channel moves beyond its noise."""
     values = model.measurement.channels[model.compared[0]]
@@ -263,7 +269,8 @@ def possible_faults(model: FitModel) -> Iterator[tuple[str, FitModel]]:
         return replace(model, measurement=measured._replace(channels=channels))
 
     for name in model.compared:
-        yield SIGN_FAULT.format(name=name), multiplied(name, -1.0)
+        scale = model.fit.response.record(name).scale
+        yield sign_fault(name, scale), multiplied(name, -1.0)
     whole = isinstance(motion, Samples) and len(measured.t) == len(motion.u_dd)
     if "x_dd" in measured.channels and isinstance(motion, Samples) and whole:
         swapped = measured._replace(channels=measured.channels | {"x_dd": motion.u_dd[:]})
